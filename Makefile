@@ -176,7 +176,7 @@ target-tests: $(TARGET_TESTS)
 include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/explore/explore.mk
 include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk tests/bringup/bringup.mk
 
-twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck $(BUILD)/qemu/replay)
+twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck $(BUILD)/qemu/replay $(BUILD)/qemu/canbus)
 
 # ---- tools -----------------------------------------------------------------------------------------------------------
 # Installs what is missing of what a command uses, after saying so; NO_INSTALL=1 lists it and stops.

@@ -16,6 +16,10 @@ _mine = weakref.WeakValueDictionary()
 _kept = []
 
 
+class InUse(LauncherError):
+    """Another process has the folder."""
+
+
 class Claim:
     """Holds for as long as somebody keeps it. Its holder may claim the folder again."""
 
@@ -26,7 +30,7 @@ class Claim:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             self._file.seek(0)
-            raise LauncherError(f"{shown(folder)} is in use by another run (process {self._file.read().strip() or '?'}): wait"
+            raise InUse(f"{shown(folder)} is in use by another run (process {self._file.read().strip() or '?'}): wait"
                                 " until it has ended, or write elsewhere, with BUILD=build2 for example") from None
         except OSError as error:
             raise LauncherError(f"cannot write to {shown(folder)}: {error.strerror}") from error

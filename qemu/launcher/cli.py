@@ -104,8 +104,8 @@ def _parser():
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name in ("run", "console", "debug"):
             command.add_argument("--can", default=os.environ.get("CAN") or "",
-                                 help="where the CAN bus is to be had: tcp:PORT speaks socketcand, pty slcan (default: $CAN or"
-                                      " nowhere)")
+                                 help="where the CAN bus is to be had: tcp:PORT speaks socketcand, pty slcan; join:PORT, not of"
+                                      " run, is on another twin's bus (default: $CAN or nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
     _add_show(commands)

@@ -13,19 +13,21 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
-from .claim import keep
+from .can_bus import can_chardev, joins
+from .claim import InUse, keep
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
-from .qemu import (Image, Qemu, bus_chardev, can_chardev, chip_items, command, envm_files, fabric_files, line_chardev,
-                   progress_s, start)
+from .qemu import (Image, Qemu, bus_chardev, chip_items, command, envm_files, fabric_files, line_chardev, progress_s,
+                   start)
 from .scenario import Scenario, load_scenario
 from .simulate import SEED_OF_SECOND, check_axes, check_seed, prepare, write
 
 PREAMBLE_S = 0.05
+TWINS = 127        # on one CAN bus: its nodes
 PACE_S = 0.02      # how often the two times are compared
 LEAD_S = 0.1       # how far simulated time may be ahead
 TERMINAL = "stdio,id=console,mux=on,signal=off"
@@ -33,8 +35,9 @@ TERMINAL = "stdio,id=console,mux=on,signal=off"
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None, console="", modbus="", can="", second="", **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
-    envm, as simulate() has them; `console`, `modbus`, `can`: where they are to be had, pty or tcp:PORT; without `console` it is
-    this terminal. `second` is the motor of axis 2, for an image of two; a scenario is the first's."""
+    envm, as simulate() has them; `console`, `modbus`, `can`: where they are to be had, pty or tcp:PORT, `can` also on another
+    twin's bus (can_bus.py); without `console` it is this terminal. `second` is the motor of axis 2, for an image of two; a
+    scenario is the first's."""
     terminal = line_chardev(console, "console", "CONSOLE") if console else TERMINAL
     drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, console=terminal,
                                                           modbus=modbus, can=can, second=second)
@@ -87,13 +90,13 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     check_axes(symbols, 2 if second else 1)
     check_ranges(drive, ranges_of(symbols))
     other = live_axis(second, seed, symbols, fabric, build, plant) if second else None
-    keep(out_dir)
+    can_options, can_items = can_chardev(can, build)
+    out_dir = _kept(out_dir, can)
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
     pipe = _new_pipe(out_dir) if live else None
     bus_options, bus_files = bus_chardev(modbus)
-    can_options, can_items = can_chardev(can)
     written = {"progress": files["progress"], **({"live": pipe} if live else {}), **fabric_files(fabric, build, drive),
                **envm_files(envm), **chip_items(chip), **bus_files, **can_items}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums, second=other))
@@ -108,6 +111,19 @@ def live_axis(motor, seed, symbols, fabric, build, plant):
     fabric_files(fabric, build, drive, drive)  # refuses a fabric that has one axis only
     plan = Scenario("live", "live console", None, PREAMBLE_S, [], [])
     return SimpleNamespace(drive=drive, plan=plan, probes=[], files={}, symbols=symbols.of_axis(1), enums=None)
+
+
+def _kept(out_dir, can):
+    """The folder, claimed; of a twin that joins another's bus the first of several that is free."""
+    if joins(can):
+        for number in range(2, TWINS + 1):
+            try:
+                keep(folder := out_dir.with_name(f"{out_dir.name}-{number}"))
+                return folder
+            except InUse:
+                continue
+    keep(out_dir)
+    return out_dir
 
 
 def _new_pipe(folder):

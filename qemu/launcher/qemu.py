@@ -172,23 +172,6 @@ def line_chardev(place, name, variable):
 CAN_DESIGN = {"design 0x48": f"0x{0x07FFFFFF & ~(1 << 0 | 3 << 2 | 1 << 6 | 3 << 7 | 1 << 13 | 1 << 18 | 0x1F << 20):08x}"}
 
 
-def can_chardev(place):
-    """QEMU's options for the CAN bus, and the items of the twin's configuration; both empty for nowhere.
-
-    place   tcp:PORT of 127.0.0.1, where socketcand is spoken, or pty, a terminal that speaks slcan
-    """
-    if not place:
-        return [], {}
-    kind, _, port = place.partition(":")
-    if place == "pty":
-        options, protocol = "pty,id=can", "slcan"
-    elif kind == "tcp" and port.isdigit() and 1 <= int(port) <= 65535:
-        options, protocol = f"socket,id=can,host=127.0.0.1,port={int(port)},server=on,wait=off,nodelay=on", "socketcand"
-    else:
-        raise LauncherError(f"CAN '{place}' is neither pty nor tcp:PORT")
-    return ["-chardev", options], {"can": f"can {protocol}", **CAN_DESIGN}
-
-
 def command(qemu, image, config, console, extra=()):
     """The command line. The image is loaded from the very file that is flashed."""
     return [qemu.path, *qemu.data_arguments(), "-M", MACHINE, "-display", "none", "-monitor", "none",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .axis import Axis
+from .can_bus import can_chardev, joins
 from .claim import claim
 from .config import twin_config
 from .data import load_motor
@@ -14,8 +15,7 @@ from .figures import measure
 from .load import cpu_load, load_irqlog
 from .paths import build_dir, shown
 from .probes import Symbols
-from .qemu import (CAN_DESIGN, Image, Qemu, can_chardev, chip_items, command, envm_files, escape, fabric_files,
-                   run_to_end)
+from .qemu import CAN_DESIGN, Image, Qemu, chip_items, command, envm_files, escape, fabric_files, run_to_end
 from .refusals import NAME, judge, typed
 from .transcript import of_axis
 
@@ -77,7 +77,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     aligned    whether the firmware knows where the rotor stands, so that its start is short (aligned.py)
     out_dir    where twin.cfg, trace.bin, irq.bin, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
-    can        where the CAN bus is to be had (qemu.py); without it the bus is a scenario's events
+    can        where the CAN bus is to be had (can_bus.py), not join:PORT; without it the bus is a scenario's events
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
@@ -92,6 +92,8 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
     seed = check_seed(seed)
+    if joins(can):
+        raise LauncherError(f"CAN '{can}' is of make console and make debug: a run keeps no pace with the drives on that bus")
     out_dir = Path(out_dir) if out_dir else build_dir(build) / "run"
     how = {"plant": plant, "spread": spread, "detune": detune, "aligned": aligned, "sensors": sensors}
     drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), seed=seed, **how)
@@ -109,7 +111,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare_all(out_dir, axes, csv)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    can_options, can_items = can_chardev(can)
+    can_options, can_items = can_chardev(can, build)
     by_can = any(step.kind.startswith("can") for plan in plans for step in plan.steps)
     written = {**axes[0].files, **{key: files[key] for key in ("progress", "irqlog", "bus_log", "can_log")}, **items,
                **(can_items or (CAN_DESIGN if by_can else {})), **chip_items(chip, wired),

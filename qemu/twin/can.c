@@ -78,6 +78,11 @@ bool can_acknowledges(const struct can *c)
     return can_hears(c) && !(c->command & LISTEN_ONLY);
 }
 
+bool can_passive(const struct can *c)
+{
+    return c->tec >= PASSIVE_FROM || c->rec >= PASSIVE_FROM;
+}
+
 double can_bit_ns(const struct can *c)
 {
     unsigned prescaler = (c->config >> 16 & 0x7FFF) + 1;
@@ -89,7 +94,7 @@ double can_bit_ns(const struct can *c)
 
 static uint32_t error_status(const struct can *c)
 {
-    uint32_t state = c->bus_off ? 2u : c->tec >= PASSIVE_FROM || c->rec >= PASSIVE_FROM ? 1u : 0u;
+    uint32_t state = c->bus_off ? 2u : can_passive(c) ? 1u : 0u;
     uint32_t tec = c->tec > 255 ? 255 : c->tec, rec = c->rec > 255 ? 255 : c->rec;
     return tec | rec << 8 | state << 16 | (uint32_t)(c->tec >= 96) << 18 | (uint32_t)(c->rec >= 96) << 19;
 }

@@ -45,6 +45,8 @@ bool can_interrupt(const struct can *c);
 /* On the bus: hears and acknowledges; and whether it may speak. */
 bool can_hears(const struct can *c);
 bool can_acknowledges(const struct can *c);
+/* Error passive: what it hears as wrong it does not destroy for others. */
+bool can_passive(const struct can *c);
 /* Nanoseconds of a bit, of a clock of 100 MHz. */
 double can_bit_ns(const struct can *c);
 

@@ -5,17 +5,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "can.h"
+#include "can_device.h"
 #include "qemu_api.h"
-#include "socketcand.h"
 #include "sysreg.h"
 
 #define CAN_IRQ       16
 #define QUEUE         4096u
-#define ERROR_BITS    23 /* flag, its echo, delimiter, pause */
-#define JOIN_MS       100
+#define ERROR_BITS    23   /* flag, its echo, delimiter, pause */
 #define RECOVERY_BITS 1408 /* 128 times 11 */
 
 static struct can can;
@@ -29,10 +27,6 @@ static struct {
 static bool unheard;     /* the frame before, too: it is noted once */
 static bool others, cut; /* others of a scenario are there; the cable is cut */
 static unsigned to_break;
-static struct can_speaker speaker;
-static bool listens;
-static int64_t attached_ms;
-static struct vm_chardev *device;
 static struct vm_timer *end_timer, *recovery_timer;
 static FILE *log_file;
 
@@ -53,9 +47,12 @@ static void note(const char *what, const struct can_frame *f)
     fputc('\n', log_file);
 }
 
-static void update_interrupt(void)
+/* After whatever may have changed the controller. */
+static void settle(void)
 {
+    bool there = !cut && can_acknowledges(&can);
     vm_set_interrupt(CAN_IRQ, can_interrupt(&can));
+    can_device_node((struct can_node){there ? (uint32_t)can_bit_ns(&can) : 0, there && can_passive(&can)});
 }
 
 static int64_t bits_ns(unsigned bits)
@@ -63,26 +60,9 @@ static int64_t bits_ns(unsigned bits)
     return (int64_t)(can_bit_ns(&can) * bits);
 }
 
-static int64_t host_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return now.tv_sec * 1000LL + now.tv_nsec / 1000000;
-}
-
-/* python-can takes for the last answer all that comes at once, so that a frame right behind it would spoil it: he is not there
- * until he has said something, or some time has passed. Of the host's time, which is the only one that he knows. */
-static bool he_listens(void)
-{
-    if (speaker.attached && !listens && host_ms() - attached_ms > JOIN_MS) {
-        listens = true;
-    }
-    return listens;
-}
-
 static bool somebody_hears(void)
 {
-    return !cut && (others || he_listens());
+    return !cut && (others || can_device_hears());
 }
 
 /* ---- one frame ---- */
@@ -103,26 +83,18 @@ static void begin(void)
     wire.ours = mailbox >= 0 && !(in_reach && can_frame_rank(other) < can_frame_rank(&ours));
     if (mailbox >= 0 && !wire.ours) {
         can_lost_arbitration(&can, mailbox);
-        update_interrupt();
+        settle();
     }
     wire.frame = wire.ours ? ours : *other;
     wire.mailbox = mailbox;
     queue_from += !wire.ours;
     wire.busy = true;
-    wire.broken = wire.ours && to_break > 0;
-    to_break -= wire.broken;
+    bool by_event = wire.ours && to_break > 0;
+    to_break -= by_event;
+    wire.broken = by_event || (wire.ours && !cut && can_device_destroys());
     unsigned bits = can_frame_bits(&wire.frame);
     bool whole = !wire.broken && (!wire.ours || somebody_hears());
     vm_timer_at(end_timer, vm_now_ns() + bits_ns(whole ? bits : bits + ERROR_BITS));
-}
-
-static void tell(const struct can_frame *f)
-{
-    char text[CAN_TEXT_BYTES];
-    size_t length = device && listens && !cut ? can_tell(&speaker, f, vm_now_ns(), text) : 0;
-    if (length > 0) {
-        vm_chardev_send(device, text, length);
-    }
 }
 
 static void our_frame_ends(void)
@@ -131,6 +103,9 @@ static void our_frame_ends(void)
     if (wire.broken) {
         can_failed(&can, wire.mailbox, CAN_BIT_ERROR);
         note("broken", &wire.frame);
+        if (!cut) {
+            can_device_noise();
+        }
     } else if (!somebody_hears()) {
         can_failed(&can, wire.mailbox, CAN_ACK_ERROR);
         if (!unheard) {
@@ -141,7 +116,7 @@ static void our_frame_ends(void)
         can_sent(&can, wire.mailbox);
         unheard = false;
         note("tx", &wire.frame);
-        tell(&wire.frame);
+        can_device_tell(&wire.frame);
     }
     if (can.bus_off && !was_off) {
         note("off", NULL);
@@ -169,7 +144,7 @@ static void frame_ends(void *unused)
         }
     }
     begin();
-    update_interrupt();
+    settle();
 }
 
 static void recovery_ends(void *unused)
@@ -179,6 +154,7 @@ static void recovery_ends(void *unused)
         can_recovered(&can);
         note("on", NULL);
         begin();
+        settle();
     }
 }
 
@@ -230,44 +206,21 @@ void can_bus_break(unsigned frames)
 void can_bus_cut(bool is_cut)
 {
     cut = is_cut;
+    settle();
 }
 
-static int device_room(void *unused)
+static unsigned room(void)
 {
-    (void)unused;
-    unsigned free = QUEUE - (queue_to - queue_from);
-    return free > 64 ? (int)free : 0; /* a frame takes more characters than one */
+    return QUEUE - (queue_to - queue_from);
 }
 
-static void answer(const char *text)
+/* Of two others' frame, or of one at another rate. */
+static void they_destroy(void)
 {
-    if (text && *text) {
-        vm_chardev_send(device, text, strlen(text));
-    }
-}
-
-static void device_speaks(void *unused, const uint8_t *bytes, int count)
-{
-    (void)unused;
-    for (int n = 0; n < count; n++) {
-        bool was = speaker.attached;
-        struct can_heard heard = can_hear(&speaker, (char)bytes[n]);
-        listens = speaker.attached && (listens || heard.sends);
-        attached_ms = speaker.attached && !was ? host_ms() : attached_ms;
-        if (heard.sends) {
-            they_send(&heard.frame);
-        }
-        answer(heard.answer);
-    }
-}
-
-static void device_changes(void *unused, int event)
-{
-    (void)unused;
-    const char *greeting = can_greet(&speaker);
-    listens = false;
-    if (event == VM_CHARDEV_OPENED) {
-        answer(greeting);
+    if (!cut && can_acknowledges(&can)) {
+        can_heard_error(&can, CAN_FORM_ERROR);
+        note("noise", NULL);
+        settle();
     }
 }
 
@@ -286,7 +239,7 @@ static void region_write(void *unused, uint32_t offset, uint32_t value)
         can_write(&can, offset, value);
         begin();
         watch_recovery();
-        update_interrupt();
+        settle();
     }
 }
 
@@ -303,14 +256,13 @@ void can_bus_open(const char *chardev_id, bool slcan, const char *log_path)
 {
     end_timer = vm_timer_new(frame_ends, NULL);
     recovery_timer = vm_timer_new(recovery_ends, NULL);
-    speaker.slcan = slcan;
     if (log_path && !(log_file = fopen(log_path, "w"))) {
         fprintf(stderr, "mssfoc twin: can_log %s: %s\n", log_path, strerror(errno));
         exit(1);
     }
-    if (chardev_id && !(device = vm_chardev_open(chardev_id, device_room, device_speaks, device_changes))) {
-        fprintf(stderr, "mssfoc twin: QEMU has no character device '%s'\n", chardev_id);
-        exit(1);
+    if (chardev_id) {
+        can_device_open(chardev_id, slcan, (struct can_device_hooks){room, they_send, they_destroy});
+        settle();
     }
 }
 
@@ -322,7 +274,7 @@ void can_bus_reset(void)
         vm_timer_stop(end_timer);
     }
     vm_timer_stop(recovery_timer);
-    update_interrupt();
+    settle();
     begin();
 }
 

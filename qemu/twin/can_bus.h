@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The bus behind the CAN controller, with the time that bits take: one frame at a time, the lowest identifier first,
- * acknowledged by whoever else is there. Everybody uses the rate that the controller is set to. What others send while nobody
- * hears them is lost: they do not try again.
+ * acknowledged by whoever else is there. Everybody but other twins uses the rate that the controller is set to. What others
+ * send while nobody hears them is lost: they do not try again.
  *
- * Others are a program at a character device (socketcand.h), and events of a scenario. They are there from its first frame on.
+ * Others are programs and twins at a character device (can_device.h), and events of a scenario. These are there from its first
+ * frame on, and with this twin alone.
  *
  * The log has a line for each frame: nanoseconds at its end, what, identifier, data in hexadecimal.
  *   rx BYTES  heard by the drive         lost     likewise, but it was not there
  *   tx BYTES  by the drive, acknowledged  unheard  not so; only the first of its tries
- *   broken    by the drive, destroyed     off, on  the drive has left the bus because of errors, and is back */
+ *   broken    by the drive, destroyed     off, on  the drive has left the bus because of errors, and is back
+ *   noise     somebody's, destroyed */
 #ifndef TWIN_CAN_BUS_H
 #define TWIN_CAN_BUS_H
 

@@ -210,7 +210,7 @@ static void read_can(const struct reader *r, char *rest)
 {
     char *id = next_word(&rest);
     r->config->can_id = strdup(id);
-    r->config->can_slcan = either(r, "can", rest, "socketcand", "slcan");
+    r->config->can_slcan = either(r, "can", rest, "bus", "slcan");
 }
 
 static double event_time(const struct reader *r, const char *word)

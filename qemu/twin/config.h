@@ -2,7 +2,7 @@
 /* The twin's configuration file: one item a line, `#` starts a comment line.
  *
  *   trace PATH | csv PATH                                                         (trace.h: the same as text)
- *   can CHARDEV_ID socketcand|slcan | can_log PATH                              (can_bus.h)
+ *   can CHARDEV_ID bus|slcan | can_log PATH                                     (can_bus.h)
  *   progress PATH | seed N | end T_S | console CHARDEV_ID
  *   irqlog PATH                                                                   (irqlog.h)
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)

@@ -46,7 +46,7 @@ static bool parse_send(const char *text, struct can_frame *f)
     return *end == '\0';
 }
 
-static struct can_heard take_command(struct can_speaker *s, const char *text)
+struct can_heard can_obey(struct can_speaker *s, const char *text)
 {
     struct can_heard heard = {.answer = "< error unknown command >"};
     if (strncmp(text, "open ", 5) == 0) {
@@ -63,18 +63,24 @@ static struct can_heard take_command(struct can_speaker *s, const char *text)
     return heard;
 }
 
-static struct can_heard hear_command(struct can_speaker *s, char c)
+const char *can_command(struct can_speaker *s, char c)
 {
     if (c == '<') {
         s->length = 0;
     } else if (c == '>' && s->length > 1) {
         s->said[s->length] = '\0';
         s->length = 0;
-        return take_command(s, s->said + strspn(s->said, " "));
+        return s->said + strspn(s->said, " ");
     } else if (s->length < sizeof s->said - 1) {
         s->said[s->length++] = c;
     }
-    return (struct can_heard){.answer = NULL};
+    return NULL;
+}
+
+static struct can_heard hear_command(struct can_speaker *s, char c)
+{
+    const char *command = can_command(s, c);
+    return command ? can_obey(s, command) : (struct can_heard){.answer = NULL};
 }
 
 /* ---- slcan ---- */
@@ -93,7 +99,7 @@ static bool hexadecimal(const char *text, size_t digits, uint32_t *value)
     return true;
 }
 
-static bool parse_line(const char *line, struct can_frame *f)
+bool can_parse(const char *line, struct can_frame *f)
 {
     uint32_t byte, count;
     size_t digits = line[0] == 'T' || line[0] == 'R' ? 8 : 3;
@@ -121,7 +127,7 @@ static struct can_heard take_line(struct can_speaker *s, const char *line)
     case 'T':
     case 'r':
     case 'R':
-        heard.sends = s->attached && parse_line(line, &heard.frame);
+        heard.sends = s->attached && can_parse(line, &heard.frame);
         heard.answer = heard.sends ? "\r" : REFUSED;
         break;
     case 'O':
@@ -179,21 +185,25 @@ static size_t print_data(const struct can_frame *f, char *text)
     return length;
 }
 
+size_t can_print(const struct can_frame *f, char *text)
+{
+    const char *kind = f->extended ? "TR" : "tr";
+    size_t length = (size_t)sprintf(text, "%c%0*X%u", kind[f->remote], f->extended ? 8 : 3, (unsigned)f->id, f->count);
+    return length + print_data(f, text + length);
+}
+
 /* A remote frame has no place in socketcand's. */
 size_t can_tell(const struct can_speaker *s, const struct can_frame *f, int64_t now_ns, char *text)
 {
-    int digits = f->extended ? 8 : 3;
     size_t length;
     if (s->slcan) {
-        const char *kind = f->extended ? "TR" : "tr";
-        length = (size_t)sprintf(text, "%c%0*X%u", kind[f->remote], digits, (unsigned)f->id, f->count);
-        length += print_data(f, text + length);
+        length = can_print(f, text);
         return length + (size_t)sprintf(text + length, "\r");
     }
     if (f->remote) {
         return 0;
     }
-    length = (size_t)sprintf(text, "< frame %0*X %lld.%06lld ", digits, (unsigned)f->id,
+    length = (size_t)sprintf(text, "< frame %0*X %lld.%06lld ", f->extended ? 8 : 3, (unsigned)f->id,
                              (long long)(now_ns / 1000000000), (long long)(now_ns / 1000 % 1000000));
     length += print_data(f, text + length);
     return length + (size_t)sprintf(text + length, " >");

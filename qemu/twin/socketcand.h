@@ -26,6 +26,14 @@ struct can_heard {
     struct can_frame frame;
 };
 
+/* A frame as slcan has it, "t181201AB": whether it is one, and the length of what was printed. */
+bool can_parse(const char *text, struct can_frame *f);
+size_t can_print(const struct can_frame *f, char *text);
+
+/* Of socketcand: what stands between < and > once the last character has come, NULL before; and what it leads to. */
+const char *can_command(struct can_speaker *s, char c);
+struct can_heard can_obey(struct can_speaker *s, const char *command);
+
 /* `greeting`: what a connection begins with, "" for slcan. */
 const char *can_greet(struct can_speaker *s);
 struct can_heard can_hear(struct can_speaker *s, char c);

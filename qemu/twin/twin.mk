@@ -11,13 +11,13 @@ TWIN_CFLAGS := -std=gnu11 -O2 -fno-tree-slp-vectorize -flto=auto -g -fPIC -fvisi
 # no contact with QEMU:
 TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map slots shaft winding_short bus supply circuit coss \
     diodes comparators terminals inverter account advance meter sampling sensor_keys sensors amplifier modulator \
-    bit_streams disc hall thermometer can can_frame socketcand random pwm adc encoder gate chopper watch fabric_model \
-    plant envm envm_file events config cycles_keys
+    bit_streams disc hall thermometer can can_frame socketcand can_link can_hub random pwm adc encoder gate chopper watch \
+    fabric_model plant envm envm_file events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \
     cycles_cache cycles_decode cycles_fetch cycles_price cycles_rules cycles_table irqlog irqpath reach dump dwt \
-    can_bus watchdog sysreg chip mmuart serial_bus gpio trace trace_csv recording probes console scenario live lines \
-    envm_board fabric_rtl rtl_clock rtl_ahead axes twin
+    can_bus can_device watchdog sysreg chip mmuart serial_bus gpio trace trace_csv recording probes console scenario live \
+    lines envm_board fabric_rtl rtl_clock rtl_ahead axes twin
 
 TWIN_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) $(TWIN_PLUGIN))
 MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) \
@@ -26,6 +26,10 @@ MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) \
 $(BUILD)/qemu/twin.so: $(TWIN_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto -shared -Wl,-z,defs $^ -o $@ -ldl -lm
+
+$(BUILD)/qemu/canbus: $(patsubst %,$(BUILD)/qemu/twin/%.o,can_hub_main can_hub can_link can_frame socketcand)
+	$(call say,LD)
+	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@
 
 $(BUILD)/qemu/replay: $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) replay)
 	$(call say,LD)

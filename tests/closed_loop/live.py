@@ -10,12 +10,13 @@ import subprocess
 import threading
 import time
 
+from launcher.can_bus import can_chardev
 from launcher.config import twin_config
 from launcher.console import LEAD_S, PACE_S, live_axis
 from launcher.drive import load_drive
 from launcher.paths import build_dir
 from launcher.probes import Symbols
-from launcher.qemu import Image, Qemu, bus_chardev, can_chardev, command, escape, line_chardev, progress_s, start
+from launcher.qemu import Image, Qemu, bus_chardev, command, escape, line_chardev, progress_s, start
 from launcher.scenario import Scenario, Step
 from launcher.simulate import prepare, write
 
@@ -60,10 +61,11 @@ def live(out_dir, motor="teknic_m2310p"):
 
 
 @contextlib.contextmanager
-def live_can(out_dir, *typed, motor="teknic_m2310p"):
-    """(port that speaks socketcand, files) of a running drive, at whose console these lines have been typed."""
-    port = free_port()
-    options, items = can_chardev(f"tcp:{port}")
+def live_can(out_dir, *typed, motor="teknic_m2310p", join=None):
+    """(port that speaks socketcand, files) of a running drive, at whose console these lines have been typed; with `join` it is
+    on the bus of another one, at that port."""
+    port = join or free_port()
+    options, items = can_chardev(f"join:{port}" if join else f"tcp:{port}")
     with _running(out_dir, motor, options, items, typed) as (files, _):
         yield port, files
 
