@@ -310,6 +310,7 @@ help:
 	@echo '                     [CONSOLE=pty|tcp:PORT] for a program instead of this terminal (docs/client.md)'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
 	@echo '                     [CAN=tcp:PORT|pty] its CAN bus, for programs that speak socketcand or slcan; of make run, too (docs/can.md)'
+	@echo '                     [CAN=join:PORT] one more drive on the bus that another one has opened at tcp:PORT'
 	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'
 	@echo 'make scope-pictures  the test of that page, and its pictures into docs/'
 	@echo 'make debug           QEMU halted, with a GDB port'
