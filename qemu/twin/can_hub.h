@@ -4,7 +4,7 @@
  *
  * Each end is greeted as socketcand does. It is a twin's from its first < node > on (can_link.h), a program's otherwise.
  * A frame goes to everybody else, in the order in which frames arrive here. A program is on the bus once it has asked for raw
- * mode, and then has sent something or waited for CAN_HUB_JOIN_MS: python-can takes for the answer all that comes at once, so
+ * mode, and then has sent something or waited for CAN_HUB_JOIN_MS: python-can takes for the answer all that is there, so
  * that a frame right behind it would spoil it.
  *
  * A twin whose bits are of another length destroys what others send, unless it is error passive; a program sends at the rate
@@ -21,7 +21,7 @@
 
 #define CAN_HUB_ENDS      64
 #define CAN_HUB_OUT_BYTES 262144u /* what is to be written to an end; frames beyond it are lost to that end */
-#define CAN_HUB_JOIN_MS   100
+#define CAN_HUB_JOIN_MS   500
 
 struct can_end {
     bool used, twin, listens;

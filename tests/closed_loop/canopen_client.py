@@ -99,7 +99,7 @@ def case_store(_, node):
 
 def ready(node):
     """The profile's own way in. Its SDO patience is a third of a second, which a loaded machine may take."""
-    node.sdo.RESPONSE_TIMEOUT = 5
+    node.sdo.RESPONSE_TIMEOUT = PATIENCE_S
     node.TIMEOUT_CHECK_TPDO = PATIENCE_S
     node.TIMEOUT_SWITCH_STATE_SINGLE = node.TIMEOUT_SWITCH_STATE_FINAL = node.TIMEOUT_SWITCH_OP_MODE = PATIENCE_S
     node.nmt.wait_for_heartbeat(timeout=PATIENCE_S)

@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import time
+import tty
 
 import pytest
 from launcher.paths import REPO, build_dir
@@ -84,6 +85,28 @@ def test_canopen_moves_two_drives_and_one_of_them_ends(gone, folder):
                 print("go on", file=client.stdin, flush=True)
             assert client.stdout.read().strip() == "done", client.stderr.read()[-2000:]
     until(lambda: not listening(port), "the bus ends with its last twin")
+
+
+def read(terminal):
+    with contextlib.suppress(BlockingIOError):
+        return os.read(terminal, 4096)
+    return b""
+
+
+def test_one_program_has_the_bus_at_a_terminal(folder):
+    """By slcan: what it sends acts, and it is told the drive's frames."""
+    with consoles(folder) as start:
+        start(5, "pty")
+        said = folder / "node5.txt"
+        until(lambda: "(label can)" in said.read_text(), "QEMU names a terminal")
+        terminal = os.open(re.search(r"redirected to (\S+) \(label can\)", said.read_text()).group(1), os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(terminal)
+        os.write(terminal, b"C\rS6\rO\r")
+        os.set_blocking(terminal, False)
+        until(lambda: b"t70517F" in read(terminal), "its heartbeat, pre-operational")
+        os.write(terminal, b"t00020105\r")
+        until(lambda: b"t705105" in read(terminal), "operational")
+        os.close(terminal)
 
 
 class Program:
