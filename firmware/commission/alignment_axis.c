@@ -11,7 +11,8 @@
 #define STILL_MOST_MS  2000u
 #define STOOD_PART     72 /* of a turn: 5 degrees */
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
-#define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
+#define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees, */
+#define RUBBING_Q32    (DEGREES_45_Q32 / 45 * 6) /* and this more where friction holds the rotor back */
 
 /*
  * The magnets' axis is known, but not its sense: a field across them is never opposite to where reluctance holds the rotor,
@@ -59,15 +60,16 @@ static uint32_t nearer_end_q32(uint32_t offset_q32, uint32_t angle_q32)
 
 /*
  * The rotor hung on the field with its north pole within `most_q32` of it, which is less than a quarter of a turn: that tells
- * the axis's sense. Friction and load have shifted it one way or the other.
+ * the axis's sense. A load has shifted it both times one way; friction, which may be the larger, has not shifted the mean.
  */
 static enum alignment_result judge_north(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                          uint32_t angle_q32, uint32_t offset_q32, uint32_t most_q32)
 {
-    const uint32_t forth_q32 = angle_size_q32((int32_t)(a->load.forth_q32[0] - offset_q32));
-    const uint32_t back_q32 = angle_size_q32((int32_t)(a->load.back_q32[0] - offset_q32));
-    const uint32_t away_q32 = forth_q32 > back_q32 ? forth_q32 : back_q32;
-    if (away_q32 > most_q32) {
+    const int32_t forth_q32 = (int32_t)(a->load.forth_q32[0] - offset_q32);
+    const int32_t back_q32 = (int32_t)(a->load.back_q32[0] - offset_q32);
+    const uint32_t mean_q32 = angle_size_q32(forth_q32 / 2 + back_q32 / 2);
+    const uint32_t away_q32 = mean_q32 + angle_size_q32(forth_q32 / 2 - back_q32 / 2);
+    if (mean_q32 > most_q32 || away_q32 > most_q32 + RUBBING_Q32) {
         a->detail[0] = (int32_t)(away_q32 / (DEGREES_45_Q32 / 45));
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }

@@ -437,6 +437,25 @@ def test_a_reluctant_rotor_that_never_stands_is_waited_for_two_seconds(c):
     assert results.index(c.ALIGNMENT_LOAD) == 2000 and a.detail[0] == 180
 
 
+@pytest.mark.parametrize("forth_deg, back_deg, told", (
+    (-70, -70, True), (70, 70, True), (-47, -83, True),  # friction, either way of a mean of 65 degrees
+    (-75, -84, True), (-75, -88, False), (-81, -82, False), (-74, -87, False), (81, 82, False)))
+@pytest.mark.parametrize("offset_deg", (0, 130))
+def test_friction_may_hold_a_reluctant_rotor_nearer_to_90_degrees_than_a_load(c, forth_deg, back_deg, told, offset_deg):
+    """The mean of both ways tells which end of the axis is north: a load shifts it, friction does not."""
+    a, loop, tuning = pulling(c, c.STAGE_AXIS)
+    tuning.reluctant, a.turned, a.attempt, a.axis.angle = True, True, 1, 16
+    a.axis.sums.re, a.axis.sums.im = (round(1e6 * of(math.radians(2 * offset_deg))) for of in (math.cos, math.sin))
+    a.axis.sums.straight = 2 * 10**6
+    a.first_offset_q32 = round(offset_deg / 360 * 2**32)
+    a.load.forth_q32[0], a.load.back_q32[0] = (
+        round((offset_deg + lead_deg) / 360 * 2**32) % 2**32 for lead_deg in (forth_deg, back_deg))
+    result = c.alignment_step_axis(a, loop, tuning, 0)
+    assert result == (c.ALIGNMENT_DONE if told else c.ALIGNMENT_LOAD)
+    off_deg = (loop.angle_offset_q32 / 2**32 * 360 - offset_deg + 180) % 360 - 180
+    assert abs(off_deg) < 0.1 if told else a.detail[0] == pytest.approx(max(abs(forth_deg), abs(back_deg)), abs=1)
+
+
 def test_a_current_that_changes_is_no_braking(c):
     speed, tuning = pulled(c, 1.5)
     loop = c.current_loop()
