@@ -97,7 +97,7 @@ static bool step_injection(struct axis *a)
         refuse_injection(a, FAULT_SALIENCY, s->detail_q8 / 256, (s->detail_q8 % 256) * 100 / 256);
         return false;
     case INJECTION_POLARITY:
-        refuse_injection(a, FAULT_POLARITY, tuning_milli_from_q15(s->i_q15, a->params.i_range_ma), 0);
+        refuse_injection(a, FAULT_POLARITY, (int32_t)s->push_ms, 0);
         return false;
     case INJECTION_RUNNING:
     default:

@@ -24,7 +24,7 @@
 #define LEAST_PART       64 /* of the responses: a smaller part may be something else */
 
 #define PUSH_FIRST_MS  1u
-#define PUSH_LAST_MS   64u
+#define PUSH_LAST_MS   256u
 #define PUSH_SETTLES   24u
 #define PUSH_LEAST_Q32 ((1LL << 31) / 15) /* 12 degrees between both ways; the tracked angle is right within 2 */
 
@@ -178,8 +178,7 @@ static enum injection_result leave_polarity(struct axis *a)
         begin_polarity(a, q15_min(s->i_q15 + s->i_q15 / 2, a->tuning.i_max_q15));
         return INJECTION_RUNNING;
     }
-    const bool more_along = s->with > s->against;
-    if (s->told && more_along == a->tuning.reluctant) {
+    if (s->told && s->with < s->against) {
         injection_turn_round(&a->loop);
     }
     a->loop.i_d_ref_q15 = 0;
@@ -247,7 +246,7 @@ static enum injection_result leave_push(struct axis *a)
     if (apart_q32 < 0) {
         injection_turn_round(&a->loop);
     }
-    return s->told || apart_q32 != 0 ? INJECTION_DONE : INJECTION_POLARITY;
+    return apart_q32 != 0 ? INJECTION_DONE : INJECTION_POLARITY;
 }
 
 static enum injection_result push_north(struct axis *a)
@@ -281,25 +280,31 @@ static enum injection_result rest(struct axis *a)
     if (s->ms < POLARITY_SETTLES) {
         return INJECTION_RUNNING;
     }
-    if (s->told && !a->tuning.reluctant) {
+    if (s->told) {
         return INJECTION_DONE;
     }
     begin_push(a, PUSH_FIRST_MS);
     return INJECTION_RUNNING;
 }
 
+static enum injection_result lock(struct axis *a)
+{
+    a->injection.ms++;
+    if (a->injection.ms == LOCK_MS && a->tuning.reluctant) {
+        begin_push(a, PUSH_FIRST_MS);
+    } else if (a->injection.ms == LOCK_MS) {
+        begin_polarity(a, a->tuning.injection.polarity_q15);
+    }
+    return INJECTION_RUNNING;
+}
+
 static enum injection_result step(struct axis *a)
 {
-    struct injection_start *const s = &a->injection;
-    switch (s->step) {
+    switch (a->injection.step) {
     case STEP_SWEEP:
         return sweep(a);
     case STEP_LOCK:
-        s->ms++;
-        if (s->ms == LOCK_MS) {
-            begin_polarity(a, a->tuning.injection.polarity_q15);
-        }
-        return INJECTION_RUNNING;
+        return lock(a);
     case STEP_POLARITY:
         return tell_polarity(a);
     case STEP_REST:

@@ -6,14 +6,13 @@
  *              gives the magnets' axis up to half a turn, and the current response per degree. Too little is refused
  *   lock       tracks the angle from there
  *   polarity   d current in either direction, and y_d with each. Saturation tells which end is north: current along the magnets
- *              saturates the iron more, and more current answers. Where reluctance outweighs the magnets it is the other way
- *              round: they saturate the bridges between rotor and magnets, and current along them relieves those (Lelli et
- *              al., ICEM 2024, doi 10.1109/ICEM60801.2024.10700403). Both ends must differ by six sigma; if not, repeats with
- *              half as much current again, up to twice
- *   push       where reluctance outweighs the magnets, for not all such machines have such bridges, and where saturation has
- *              told nothing: q current for some milliseconds, and as long the other way; then both the other way round, and
- *              once more as at first. Where north is taken for south the rotor goes backwards. Longer and longer, until both
- *              ways are 12 degrees apart; a rotor that does not move is left to what saturation told, or refused
+ *              saturates the iron more, and more current answers. Both ends must differ by six sigma; if not, repeats with half
+ *              as much current again, up to twice. Left out where reluctance outweighs the magnets: there some rotors answer
+ *              less along the magnets, those with bridges that the magnets saturate, and some more (Lelli et al., ICEM 2024,
+ *              doi 10.1109/ICEM60801.2024.10700403)
+ *   push       there, and where saturation has told nothing: q current for some milliseconds, and as long the other way; then
+ *              both the other way round, and once more as at first. Where north is taken for south the rotor goes backwards.
+ *              Longer and longer, until both ways are 12 degrees apart; a rotor that does not move is refused
  */
 #ifndef FIRMWARE_SOURCE_INJECTION_START_H
 #define FIRMWARE_SOURCE_INJECTION_START_H
@@ -29,7 +28,7 @@ enum injection_result {
     INJECTION_RUNNING,
     INJECTION_DONE,     /* angle and north are known, and tracked */
     INJECTION_SALIENCY, /* refused: too little current response per degree */
-    INJECTION_POLARITY, /* refused: both ends of the axis look alike */
+    INJECTION_POLARITY, /* refused: both ends of the axis look alike, and a push does not turn it */
 };
 
 struct injection_start {
