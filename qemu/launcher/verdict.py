@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from .capability import CIRCLE, KEPT, machine_of
 from .kinds_protection import enumerator
 from .refusals import NAME, refusals, typed
+from .ripple import largest_ripple_a
 from .rules import RPM
 from .shaft_margin import MARGIN, swings_up
 from .spread import drawn
@@ -29,8 +30,10 @@ PERIOD_S, LOOP_S = 50e-6, 2e-3
 DEVIATION = 0.2         # of speed_max: deviation_pct
 LAST_HZ = 1187.0        # electrical, of the firmware's speeds
 WARM_K = 80.0           # of the winding, above ambient
+PUSH_SHARE, PUSH_S, PUSH_SEEN = 2 / 3, 0.256, math.radians(24)  # firmware/source/injection_start.c
 WARNED = "warning: oscillation"
-SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load")  # what less gain makes worse
+# what less gain makes worse; and the torque's swing before that steps the reference of i_d
+SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load", "i_d error, whole run, largest")
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,26 @@ class Plant:
         swings = swings_up(hz, rotor, rotor * load["inertia_ratio"], *shaft)
         return f"a speed loop of {hz:.3g} Hz swings with the coupling at {MARGIN:g} times its gain" if swings else ""
 
+    def trips_by_ripple(self, *_):
+        """The current that the drive may ask for reaches, within PWM periods at the scenarios' speed, the stage's own limit."""
+        e, trip_a = self.motor["electrical"], self.stage["bridge"]["oc_trip_a"]
+        volts = self.names["work_rpm"] * RPM * e["pole_pairs"] * e["flux_wb"] + e["resistance_ohm"] * self.names["i_max_A"]
+        ripple_a = largest_ripple_a(self.stage["supply"]["vbus_v"], e["ld_h"], PERIOD_S, volts)
+        peak_a = self.names["i_max_A"] + ripple_a
+        text = f"{peak_a:.3g} A at i_max, {ripple_a:.3g} A of it ripple; the stage trips at {trip_a:.3g}"
+        return text if peak_a > trip_a else ""
+
+    def cannot_be_pushed(self, *_):
+        """A torque of two thirds of i_max through the magnets, 256 ms either way, three times, turns it by less than 2 times
+        12 degrees electrical."""
+        shaft, load = self.motor["mechanical"], self.motor["load"]
+        inertia = shaft["inertia_kgm2"] * (1 + load["inertia_ratio"])
+        e = self.motor["electrical"]
+        torque = 1.5 * e["pole_pairs"] * e["flux_wb"] * self.names["i_max_A"] * PUSH_SHARE
+        left = torque - max(load["stiction_nm"], load["coulomb_nm"]) - shaft["friction_coulomb_nm"]
+        turned = 2 * max(left, 0.0) / inertia * PUSH_S ** 2 * e["pole_pairs"]
+        return f"a push turns it by {math.degrees(turned):.3g} degrees" if turned < PUSH_SEEN else ""
+
 
 # what the drive says -> what of the plant makes it true
 TRUTHS = {
@@ -140,6 +163,8 @@ TRUTHS = {
     r"VOLTAGE_LIMIT|STALL|OUT_OF_STEP": Plant.lacks,
     r"LOAD_TOO_HIGH|LOAD$|BLOCKED": Plant.sticks,
     r"UNDERVOLTAGE": Plant.sags,
+    r"OVERCURRENT_HARDWARE": Plant.trips_by_ripple,
+    r"POLARITY": Plant.cannot_be_pushed,
     r"OSCILLATION|LIMIT_CYCLE": Plant.swings,
 }
 
