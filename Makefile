@@ -137,6 +137,17 @@ $(BUILD)/arm/firmware/operate/commands_session.o: $(BUILD)/commit.h
 $(BUILD)/arm/drivers/fabric/contract.o: CFLAGS_ARM += -I$(BUILD)/fabric
 $(BUILD)/arm/drivers/fabric/contract.o: $(BUILD)/fabric/contract3.h
 
+# the data sheet of a device with one motor, and with two, packed for its image
+EDS_FROM = $(addprefix tests/tools/,eds.py eds_packed.py modbus_page.py param_rows.py pages.py) firmware/settings/config.h \
+    firmware/settings/params.h firmware/fault/fault.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
+$(BUILD)/eds/%/data_sheet_text.h: $(EDS_FROM)
+	@mkdir -p $(@D)
+	$(call say,EDS)
+	$(Q)$(PYTHON) tests/tools/eds_packed.py $@ $*
+
+$(BUILD)/arm/firmware/operate/data_sheet.o: CFLAGS_ARM += -I$(BUILD)/eds/$(AXES)
+$(BUILD)/arm/firmware/operate/data_sheet.o: $(BUILD)/eds/$(AXES)/data_sheet_text.h
+
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	@rm -f $@
 	$(call say,AR)

@@ -8,6 +8,7 @@
 #define FIRMWARE_OPERATE_CANOPEN_H
 
 #include "drivers/mss/can.h"
+#include "firmware/operate/data_sheet.h"
 #include "firmware/operate/object_values.h"
 
 #define CANOPEN_PDOS_EACH 4u
@@ -34,7 +35,7 @@ struct canopen_pdo {
 /* A segmented transfer under way. */
 struct canopen_sdo {
     enum { SDO_IDLE, SDO_UPLOAD, SDO_DOWNLOAD } under_way;
-    const char *text; /* what is uploaded */
+    const char *text; /* what is uploaded; NULL: the data sheet */
     uint32_t left, done;
     uint16_t index;
     uint8_t subindex;
@@ -56,6 +57,7 @@ struct canopen {
     uint32_t fault[AXIS_COUNT];  /* that is told and has not been cleared, enum fault */
     uint32_t emergency_ms;       /* when the last was sent */
     struct canopen_sdo sdo;
+    struct data_sheet sheet;
     /* objects */
     uint8_t error_register, errors;
     uint16_t emergency_inhibit, heartbeat_ms;

@@ -23,7 +23,7 @@ static const struct row rows[] = {
     CANOPEN_TPDO(ROW)
 };
 
-static const struct {
+static const struct string {
     uint16_t index;
     const char *text;
 } strings[] = {
@@ -49,11 +49,11 @@ static const struct row *row_of(uint32_t index, uint32_t subindex)
     return NULL;
 }
 
-static const char *string_at(uint32_t index)
+static const struct string *string_at(uint32_t index)
 {
     for (size_t n = 0; n < sizeof strings / sizeof strings[0]; n++) {
         if (strings[n].index == index) {
-            return strings[n].text;
+            return &strings[n];
         }
     }
     return NULL;
@@ -98,8 +98,11 @@ uint32_t canopen_read(struct canopen *c, uint32_t index, uint32_t subindex, stru
 {
     const struct row *const r = row_of(index, subindex);
     const struct object_place place = canopen_place(index, subindex);
-    v->text = subindex == 0u ? string_at(index) : NULL;
-    if (v->text != NULL) {
+    const struct string *const s = subindex == 0u ? string_at(index) : NULL;
+    v->kind = VALUE_NUMBER;
+    if (s != NULL) {
+        v->kind = s->text != NULL ? VALUE_TEXT : VALUE_SHEET;
+        v->text = s->text;
         return 0u;
     }
     if (r != NULL) {

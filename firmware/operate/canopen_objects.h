@@ -34,6 +34,7 @@
     X(0x1016, 1, U32, RW,    "Consumer heartbeat time", 0, consumer) \
     X(0x1017, 0, U16, RW,    "Producer heartbeat time", 0, heartbeat_ms) \
     X(0x1018, 0, U8,  CONST, "Identity: number", 4, 4) \
+    X(0x1022, 0, U16, CONST, "Store format", 0, 0) \
     X(0x1200, 0, U8,  CONST, "SDO server: number", 2, 2) \
     X(0x1200, 1, U32, RO,    "COB-ID client to server", $NODEID+0x600, sdo_in) \
     X(0x1200, 2, U32, RO,    "COB-ID server to client", $NODEID+0x580, sdo_out)
@@ -68,11 +69,12 @@
     X(0x1A00, 7, U32, RW,    "Mapped object 7", 0, tpdo[0].map[6]) \
     X(0x1A00, 8, U32, RW,    "Mapped object 8", 0, tpdo[0].map[7])
 
-/* Index, name, text. */
+/* Index, name, text; NULL: the data sheet, a domain. */
 #define CANOPEN_STRINGS(X) \
     X(0x1008, "Manufacturer device name", "mssfoc") \
     X(0x1009, "Manufacturer hardware version", "SmartFusion2") \
-    X(0x100A, "Manufacturer software version", CONFIG_VERSION)
+    X(0x100A, "Manufacturer software version", CONFIG_VERSION) \
+    X(0x1021, "Store EDS", NULL)
 
 /*
  * What each PDO has at first: identifier less the node's number, bits 30 (nobody may ask for it) and 31 (it does not

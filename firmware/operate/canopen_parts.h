@@ -75,9 +75,10 @@ void canopen_pdo_begin(struct canopen *c);
 
 /* ---- canopen_dictionary.c: 0, or the abort code ---- */
 struct canopen_value {
-    enum object_type type;
+    enum { VALUE_NUMBER, VALUE_TEXT, VALUE_SHEET } kind;
+    enum object_type type; /* of a number */
     uint32_t value;
-    const char *text; /* in its place, not NULL: a string */
+    const char *text;
 };
 uint32_t canopen_read(struct canopen *c, uint32_t index, uint32_t subindex, struct canopen_value *v);
 /* Whether it can be written, and of which type it is. */

@@ -121,10 +121,11 @@ static void upload(struct canopen *c, uint32_t index, uint32_t subindex)
     const uint32_t wrong = canopen_read(c, index, subindex, &v);
     if (wrong != 0u) {
         refuse(c, index, subindex, wrong);
-    } else if (v.text != NULL) {
-        const uint32_t length = text_bytes(v.text);
+    } else if (v.kind != VALUE_NUMBER) {
+        const uint32_t length = v.kind == VALUE_TEXT ? text_bytes(v.text) : data_sheet_length();
         c->sdo = (struct canopen_sdo){.under_way = SDO_UPLOAD, .text = v.text, .left = length};
         c->sdo.index = (uint16_t)index;
+        data_sheet_begin(&c->sheet);
         reply_about(c, UPLOADED | SIZED, index, subindex, length);
     } else {
         const uint32_t bytes = canopen_bytes(v.type);
@@ -144,7 +145,7 @@ static void upload_segment(struct canopen *c, const uint8_t *said)
     }
     const uint32_t count = s->left < SEGMENT_BYTES ? s->left : SEGMENT_BYTES;
     for (uint32_t n = 0; n < count; n++) {
-        answer[1u + n] = (uint8_t)s->text[s->done + n];
+        answer[1u + n] = s->text != NULL ? (uint8_t)s->text[s->done + n] : data_sheet_next(&c->sheet);
     }
     s->left -= count;
     s->done += count;

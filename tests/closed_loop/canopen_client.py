@@ -9,8 +9,10 @@ import time
 
 import canopen
 from canopen.profiles.p402 import BaseNode402
+from canopen.sdo import SdoClient
 
 NODE, PATIENCE_S = 5, 20
+TEXTS = (canopen.objectdictionary.VISIBLE_STRING, canopen.objectdictionary.DOMAIN)
 
 
 def until(what, told, patience_s=PATIENCE_S):
@@ -65,7 +67,7 @@ def case_dictionary(_, node):
         members = [entry] if isinstance(entry, canopen.objectdictionary.ODVariable) else entry.values()
         for member in members:
             value = node.sdo.upload(index, member.subindex)
-            assert member.data_type == 9 or 8 * len(value) == len(member), (hex(index), member.subindex, value)
+            assert member.data_type in TEXTS or 8 * len(value) == len(member), (hex(index), member.subindex, value)
     parameter = node.sdo["speed_bw_hz"]
     before = parameter.raw
     parameter.raw = before + 1
@@ -85,6 +87,22 @@ def case_dictionary(_, node):
     aborts(0x08000020, node.sdo.download, 0x1010, 1, b"evas")
     aborts(0x06010000, node.sdo.download, 0x1600, 0, b"\1")
     assert node.sdo[0x1010][1].raw & 1
+
+
+def case_data_sheet(network, node):
+    """The drive's own EDS, read as canopen itself reads it, is the one that `make eds` writes."""
+    SdoClient.RESPONSE_TIMEOUT = PATIENCE_S  # of each segment; the machine may be loaded
+    with open(sys.argv[3], encoding="ascii") as file:
+        written = file.read()
+    node.nmt.wait_for_heartbeat(timeout=PATIENCE_S)
+    node.sdo.RESPONSE_TIMEOUT = PATIENCE_S
+    with node.sdo.open(0x1021, 0, "rb") as begun:  # and left alone
+        assert begun.read(70) == written[:70].encode()
+    assert node.sdo[0x1022].raw == 0 and node.sdo.upload(0x1021, 0) == written.encode()
+    del network[NODE]
+    own = network.add_node(NODE, upload_eds=True).object_dictionary
+    assert {(index, entry.name) for index, entry in own.items()} == {
+        (index, entry.name) for index, entry in node.object_dictionary.items()} and len(own) > 100
 
 
 def case_store(_, node):

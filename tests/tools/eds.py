@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tests/tools"))
 from modbus_page import objects  # noqa: E402
 from param_rows import param_rows, texts  # noqa: E402
 
-TYPES = {"I8": 2, "I16": 3, "I32": 4, "U8": 5, "U16": 6, "U32": 7, "STRING": 9}
+TYPES = {"I8": 2, "I16": 3, "I32": 4, "U8": 5, "U16": 6, "U32": 7, "STRING": 9, "DOMAIN": 15}
 LEAST = {"I8": -128, "I16": -32768, "I32": -2 ** 31}
 VAR, ARRAY, RECORD = 7, 8, 9
 PARAMS, REACTIONS, OWN = 0x3000, 0x2400, 0x2000
@@ -78,7 +78,8 @@ def bus_objects():
     found |= {(index, sub): row for index, sub, row in pdo_rows(pdos)}
     version = re.search(r'CONFIG_VERSION "(.*)"', text_of("firmware/settings/config.h")).group(1)
     for index, name, value in STRING.findall(text):
-        found[int(index, 16), 0] = entry(name, "STRING", "const", version if value == "CONFIG_VERSION" else value.strip('"'))
+        text = version if value == "CONFIG_VERSION" else value.strip('"')
+        found[int(index, 16), 0] = entry(name, "DOMAIN", "ro") if value == "NULL" else entry(name, "STRING", "const", text)
     return found
 
 
@@ -151,7 +152,7 @@ def heads(version):
         "VendorName": "mssfoc", "VendorNumber": "0x0", "ProductName": f"mssfoc {version}", "ProductNumber": "0x6D666F63",
         "RevisionNumber": "0x0", "OrderCode": "mssfoc", **{f"BaudRate_{rate}": on for rate, on in RATES.items()},
         "SimpleBootUpMaster": 0, "SimpleBootUpSlave": 1, "Granularity": 8, "DynamicChannelsSupported": 0, "GroupMessaging": 0,
-        "NrOfRXPDO": EACH, "NrOfTXPDO": EACH, "LSS_Supported": 0})
+        "NrOfRXPDO": EACH, "NrOfTXPDO": EACH, "LSS_Supported": 1})
     lines += section("DummyUsage", {f"Dummy{n:04X}": 0 for n in DUMMIES})
     return lines + section("Comments", {"Lines": 1, "Line1": "written by tests/tools/eds.py from the firmware's tables"})
 
