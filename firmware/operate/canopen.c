@@ -5,29 +5,20 @@
 
 #define NMT 0x000u
 
-/* The highest rate that is known and no higher. */
-static uint32_t rate_below(int32_t kbit_s)
-{
-    uint32_t rate = (uint32_t)kbit_s;
-    while (!can_rate_is_known(rate)) {
-        rate--;
-    }
-    return rate;
-}
-
 static void join(struct canopen *c)
 {
-    const struct params *const p = &c->drives[0].axis->params;
-    c->node = p->can_node;
-    c->kbit = p->can_kbit;
-    c->recover = p->can_recover;
-    if (c->node == 0) {
+    c->line = canopen_line(&c->drives[0].axis->params);
+    if (c->line.node == 0) {
+        c->node = 0;
         can_close(c->can);
         c->state = NMT_BOOT;
         canopen_lose_no_master(c);
         return;
     }
-    (void)can_open(c->can, CAN, rate_below(c->kbit), c->recover != 0); /* 20 kbit/s is the least */
+    const bool has_number = c->line.node <= (int32_t)CANOPEN_NODES;
+    c->lss = (struct canopen_lss){.node = has_number ? (uint8_t)c->line.node : CANOPEN_NO_NUMBER,
+                                  .kbit = (uint16_t)c->line.kbit};
+    canopen_open(c, c->line.kbit);
     canopen_nmt_reset(c);
 }
 
@@ -48,8 +39,8 @@ void canopen_start(struct canopen *c, struct can *can, struct axis *axes, const 
 
 static void follow_bus_parameters(struct canopen *c)
 {
-    const struct params *const p = &c->drives[0].axis->params;
-    if (p->can_node != c->node || p->can_kbit != c->kbit || p->can_recover != c->recover) {
+    const struct canopen_line now = canopen_line(&c->drives[0].axis->params);
+    if (now.node != c->line.node || now.kbit != c->line.kbit || now.recover != c->line.recover) {
         join(c);
     }
 }
@@ -57,7 +48,14 @@ static void follow_bus_parameters(struct canopen *c)
 static void take(struct canopen *c, const struct can_frame *f)
 {
     const bool speaks = c->state == NMT_OPERATIONAL || c->state == NMT_PRE_OPERATIONAL;
-    if (f->id == NMT) {
+    if (c->lss.change != LSS_NO_CHANGE) {
+        return; /* between two rates */
+    }
+    if (f->id == LSS_COMMAND) {
+        canopen_lss_take(c, f);
+    } else if (c->node == CANOPEN_NO_NUMBER) {
+        return;
+    } else if (f->id == NMT) {
         canopen_nmt_take(c, f);
     } else if (speaks && f->id == c->sdo_in) {
         canopen_sdo_take(c, f);
@@ -87,9 +85,12 @@ void canopen_poll(struct canopen *c)
         poll_drives(c); /* before the next word takes its place: edges are commands */
     }
     poll_drives(c);
-    canopen_watch_faults(c);
+    canopen_lss_step(c);
+    if (!canopen_is_silent(c)) {
+        canopen_watch_faults(c); /* who cannot speak now tells of them later */
+    }
     canopen_nmt_step(c);
-    if (c->state == NMT_OPERATIONAL) {
+    if (c->state == NMT_OPERATIONAL && !canopen_is_silent(c)) {
         canopen_pdo_step(c);
     }
 }

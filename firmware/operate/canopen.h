@@ -14,6 +14,8 @@
 #define CANOPEN_PDOS_EACH 4u
 #define CANOPEN_MAPPED    8u
 #define CANOPEN_ERRORS    4u
+#define CANOPEN_NODES     127u
+#define CANOPEN_NO_NUMBER 255u /* on the bus, but silent until a master has given it a number */
 
 enum nmt_state { NMT_BOOT = 0, NMT_STOPPED = 4, NMT_OPERATIONAL = 5, NMT_PRE_OPERATIONAL = 127 };
 
@@ -43,10 +45,29 @@ struct canopen_sdo {
     uint8_t data[4]; /* what is downloaded */
 };
 
+/* The parameters of the line, as they were when they took effect or layer setting stored them. */
+struct canopen_line {
+    int32_t node, kbit, recover;
+};
+
+/* Layer setting (CiA 305). */
+struct canopen_lss {
+    bool configures;   /* its state is `configuration`; else `waiting` */
+    uint8_t matched;   /* parts of the identity that a master has named rightly, to switch this one alone */
+    uint8_t part;      /* of the identity: fastscan is there */
+    uint8_t node;      /* from the next reset of communication on; CANOPEN_NO_NUMBER: none */
+    uint16_t kbit;     /* by the next `activate bit timing` */
+    uint16_t delay_ms; /* of silence, before and behind a change of rate */
+    uint32_t since_ms; /* it began */
+    enum { LSS_NO_CHANGE, LSS_WAITS, LSS_SETTLES } change;
+};
+
 struct canopen {
     struct can *can;
     struct bus_drive drives[AXIS_COUNT];
-    int32_t node, kbit, recover; /* as they are in effect */
+    struct canopen_line line;
+    uint8_t node; /* in effect; 0: not on the bus, CANOPEN_NO_NUMBER: layer setting alone */
+    struct canopen_lss lss;
     enum nmt_state state;
     uint32_t beat_ms;  /* when the last heartbeat was sent, */
     uint32_t heard_ms; /* and when the master's was heard */
@@ -66,7 +87,10 @@ struct canopen {
     struct canopen_pdo rpdo[CANOPEN_PDOS_EACH], tpdo[CANOPEN_PDOS_EACH];
 };
 
-/* Joins the bus if can_node is not 0. Once, when the axes have been initialised: AXIS_COUNT of them, and of places to store. */
+/*
+ * Joins the bus if can_node is not 0; for layer setting alone if that is no number of a node. Once, when the axes have been
+ * initialised: AXIS_COUNT of them, and of places to store.
+ */
 void canopen_start(struct canopen *c, struct can *can, struct axis *axes, const struct slots *slots);
 
 /* Serves the bus; call it whenever there is time. Takes as long as `on` if requested to enable operation. */

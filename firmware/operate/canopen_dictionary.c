@@ -139,10 +139,7 @@ uint32_t canopen_writable(struct canopen *c, uint32_t index, uint32_t subindex, 
 /* What keeps the node on the bus stays: CiA 301 has the initial values take effect only behind the next reset. */
 static void keep_node(struct canopen *c)
 {
-    struct params *const p = &c->drives[0].axis->params;
-    p->can_node = c->node;
-    p->can_kbit = c->kbit;
-    p->can_recover = c->recover;
+    canopen_set_line(&c->drives[0].axis->params, &c->line);
 }
 
 static enum object_refusal write_axis(struct bus_drive *d, const struct object_place *place, uint32_t value)

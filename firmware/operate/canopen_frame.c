@@ -1,8 +1,32 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/canopen_parts.h"
 
+void canopen_open(struct canopen *c, int32_t kbit_s)
+{
+    uint32_t rate = (uint32_t)kbit_s;
+    while (!can_rate_is_known(rate)) {
+        rate--;
+    }
+    (void)can_open(c->can, CAN, rate, c->line.recover != 0);
+}
+
+struct canopen_line canopen_line(const struct params *p)
+{
+    return (struct canopen_line){p->can_node, p->can_kbit, p->can_recover};
+}
+
+void canopen_set_line(struct params *p, const struct canopen_line *line)
+{
+    p->can_node = line->node;
+    p->can_kbit = line->kbit;
+    p->can_recover = line->recover;
+}
+
 void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count)
 {
+    if (canopen_is_silent(c)) {
+        return;
+    }
     struct can_frame f = {.id = (uint16_t)(id & CANOPEN_ID), .count = (uint8_t)count};
     for (uint32_t n = 0; n < count; n++) {
         f.data[n] = data[n];

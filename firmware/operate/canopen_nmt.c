@@ -11,12 +11,14 @@ static void send_state(struct canopen *c, enum nmt_state state)
 {
     const uint8_t data = (uint8_t)state;
     c->beat_ms = canopen_now_ms(c);
-    canopen_send(c, HEARTBEAT + (uint32_t)c->node, &data, 1);
+    canopen_send(c, HEARTBEAT + c->node, &data, 1);
 }
 
 void canopen_nmt_reset(struct canopen *c)
 {
-    const uint32_t node = (uint32_t)c->node;
+    const uint32_t node = c->lss.node;
+    c->node = c->lss.node;
+    c->lss.configures = false;
     c->sync_id = 0x80u;
     c->emergency_id = 0x80u + node;
     c->emergency_inhibit = 0u;
@@ -29,7 +31,7 @@ void canopen_nmt_reset(struct canopen *c)
     canopen_pdo_defaults(c);
     canopen_forget_errors(c);
     send_state(c, NMT_BOOT);
-    c->state = NMT_PRE_OPERATIONAL;
+    c->state = node == CANOPEN_NO_NUMBER ? NMT_BOOT : NMT_PRE_OPERATIONAL;
 }
 
 static void go_to(struct canopen *c, enum nmt_state state)
@@ -121,11 +123,14 @@ void canopen_lose_no_master(struct canopen *c)
 
 void canopen_nmt_step(struct canopen *c)
 {
-    const bool off = can_state(c->can) == CAN_OFF;
+    const bool off = can_state(c->can) == CAN_OFF, away = c->lss.change != LSS_NO_CHANGE;
+    if (away) {
+        c->heard_ms = canopen_now_ms(c); /* nobody could be heard */
+    }
     watch_master(c);
     watch_bus(c, off);
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        tell_axis(c, n, off);
+        tell_axis(c, n, off || away);
     }
     if (c->heartbeat_ms != 0u && canopen_now_ms(c) - c->beat_ms >= c->heartbeat_ms) {
         send_state(c, c->state);

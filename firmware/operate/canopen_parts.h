@@ -29,7 +29,17 @@
 #define SDO_NOT_STORED     0x08000020u
 #define SDO_DEVICE_STATE   0x08000022u
 
+/* Between two rates, or without a number: nothing is sent but what layer setting answers. */
+static inline bool canopen_is_silent(const struct canopen *c)
+{
+    return c->node == CANOPEN_NO_NUMBER || c->lss.change != LSS_NO_CHANGE;
+}
+
 /* ---- canopen_frame.c ---- */
+/* Joins the bus with the highest rate that is known and no higher; 20 kbit/s at least. */
+void canopen_open(struct canopen *c, int32_t kbit_s);
+struct canopen_line canopen_line(const struct params *p);
+void canopen_set_line(struct params *p, const struct canopen_line *line);
 void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count);
 void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count); /* the least significant byte first */
 uint32_t canopen_get(const uint8_t *bytes, uint32_t count);
@@ -89,12 +99,18 @@ uint32_t canopen_write(struct canopen *c, uint32_t index, uint32_t subindex, uin
 void canopen_sdo_take(struct canopen *c, const struct can_frame *f);
 
 /* ---- canopen_nmt.c ---- */
-/* Communication as after power-on; then the boot-up message. */
+/* Communication as after power-on, with the number that layer setting has given; then the boot-up message. */
 void canopen_nmt_reset(struct canopen *c);
 void canopen_nmt_take(struct canopen *c, const struct can_frame *f);
 /* Heartbeats, both ways; and whether the master is there. */
 void canopen_nmt_hear(struct canopen *c, const struct can_frame *f);
 void canopen_nmt_step(struct canopen *c);
 void canopen_lose_no_master(struct canopen *c);
+
+/* ---- canopen_lss.c ---- */
+#define LSS_COMMAND 0x7E5u
+void canopen_lss_take(struct canopen *c, const struct can_frame *f);
+/* A change of rate under way. */
+void canopen_lss_step(struct canopen *c);
 
 #endif

@@ -178,7 +178,7 @@ enum param_angle {
     /* hall.md: angle from Hall switches */ \
     PARAM(injection_silent, 0, 1, 0, "pulses of the injection: 0 alternating, a tone; 1 pseudo-random, a noise") \
     /* sensorless.md: what is heard of the injection */ \
-    PARAM(can_node, 0, 127, 0, "number of this drive on the CAN bus; 0: it is not there") \
+    PARAM(can_node, 0, 255, 0, "number of this drive on the CAN bus; 0: it is not there; 255: LSS gives it one") \
     /* can.md: the node */ \
     PARAM(can_kbit, 20, 1000, 500, "rate of the CAN bus: 20, 50, 125, 250, 500, 800, 1000, or the next below") \
     /* can.md: the rate */ \

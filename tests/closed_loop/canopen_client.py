@@ -8,6 +8,7 @@ import sys
 import time
 
 import canopen
+from canopen.lss import LssError
 from canopen.profiles.p402 import BaseNode402
 from canopen.sdo import SdoClient
 
@@ -29,6 +30,15 @@ def aborts(code, action, *args):
         assert error.code == code, f"{error}, not {code:#010x}"
         return
     raise AssertionError(f"not refused with {code:#010x}")
+
+
+def refused(action, *args):
+    """By layer setting."""
+    try:
+        action(*args)
+    except LssError as error:
+        return str(error)
+    raise AssertionError("not refused")
 
 
 def case_management(network, node):
@@ -62,6 +72,7 @@ def case_management(network, node):
 def case_dictionary(_, node):
     """SDO expedited and segmented, every object of the EDS, and the standard's abort codes."""
     node.nmt.wait_for_heartbeat(timeout=PATIENCE_S)
+    node.sdo.RESPONSE_TIMEOUT = PATIENCE_S  # of each frame, and there are thousands
     assert node.sdo[0x1008].raw == "mssfoc" and len(node.sdo[0x1009].raw) > 4
     for index, entry in node.object_dictionary.items():
         members = [entry] if isinstance(entry, canopen.objectdictionary.ODVariable) else entry.values()
@@ -103,6 +114,48 @@ def case_data_sheet(network, node):
     own = network.add_node(NODE, upload_eds=True).object_dictionary
     assert {(index, entry.name) for index, entry in own.items()} == {
         (index, entry.name) for index, entry in node.object_dictionary.items()} and len(own) > 100
+
+
+def case_layer_setting(network, node):
+    """LSS: the node is found without a number, gets one, keeps it, and has its first one again in the end."""
+    lss, other = network.lss, 9
+    lss.RESPONSE_TIMEOUT = node.sdo.RESPONSE_TIMEOUT = PATIENCE_S  # storing takes its time, on a loaded machine too
+    node.nmt.wait_for_heartbeat(timeout=PATIENCE_S)
+    lss.send_switch_state_global(lss.CONFIGURATION_STATE)
+    identity = [lss.inquire_lss_address(0x5A + part) for part in range(4)]
+    assert lss.inquire_node_id() == NODE and identity == [node.sdo[0x1018][part].raw for part in range(1, 5)]
+    lss.configure_bit_timing(2)
+    for action, value in ((lss.configure_bit_timing, 8), (lss.configure_node_id, 0), (lss.configure_node_id, 128)):
+        assert refused(action, value) == "LSS Error: 1"
+    lss.activate_bit_timing(50)
+    time.sleep(0.3)
+    assert lss.inquire_node_id() == NODE
+    lss.configure_node_id(255)
+    lss.store_configuration()
+    assert node.sdo["can_node"].raw == 255
+    node.nmt.state = "RESET COMMUNICATION"
+    time.sleep(0.5)
+    silent = []
+    network.subscribe(0x700 + NODE, lambda *_: silent.append(1))
+    lss.RESPONSE_TIMEOUT = 1  # it waits so long for each bit that is set
+    assert lss.fast_scan() == (True, identity) and lss.inquire_node_id() == 255 and not silent
+    boots = []
+    network.subscribe(0x700 + other, lambda _, data, stamp: boots.append(bytes(data)))
+    lss.configure_node_id(other)
+    lss.send_switch_state_global(lss.WAITING_STATE)
+    until(lambda: boots, "it boots with its number")
+    assert boots[0] == b"\0"
+    found = network.add_node(other, sys.argv[3])
+    found.sdo.RESPONSE_TIMEOUT = PATIENCE_S
+    assert "No LSS response" in refused(lss.send_switch_state_selective, *identity[:3], identity[3] + 1)
+    assert lss.send_switch_state_selective(*identity)
+    lss.RESPONSE_TIMEOUT = PATIENCE_S
+    lss.configure_node_id(NODE)
+    lss.store_configuration()
+    assert found.sdo["can_node"].raw == NODE and lss.inquire_node_id() == other
+    found.nmt.state = "RESET COMMUNICATION"
+    node.nmt.wait_for_bootup(timeout=PATIENCE_S)
+    node.nmt.wait_for_heartbeat(timeout=PATIENCE_S)
 
 
 def case_store(_, node):

@@ -70,6 +70,17 @@ def test_a_frame_takes_its_bits(kbit, tmp_path):
     assert answered_s < answer[0] - asked[0] < answered_s + 1.5e-3
 
 
+def test_layer_setting_gives_the_bus_its_rate(tmp_path):
+    """Configuration, 250 kbit/s, 10 ms: what comes 40 ms later takes twice as long, and is answered."""
+    steps = [can(0.2, "081#"), *(can(0.21 + 0.005 * n, f"7e5#{command}".ljust(20, "0")) for n, command in enumerate(
+        ("0401", "130003", "150a")))]
+    _, log = play(tmp_path, [*steps, can(0.26, UPLOAD)], 0.3)
+    asked, answer = (next(line for line in log if line[1] == what and line[2] == identifier)
+                     for what, identifier in (("rx", "605"), ("tx", "585")))
+    assert asked[0] - 0.26 == pytest.approx(bits(0x605, bytes.fromhex(UPLOAD[4:])) / 250e3, abs=1e-7)
+    assert answer[3] == "4300100092010200" and [line[3] for line in log if line[2:3] == ("7e4",)] == ["1300000000000000"]
+
+
 def test_a_broken_frame_comes_again_and_only_once(tmp_path):
     steps = [can(0.2, "081#"), event(0.22, "can_break", "3"), can(0.25, UPLOAD)]
     _, log = play(tmp_path, steps, 0.3)
