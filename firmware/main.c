@@ -196,7 +196,7 @@ int main(void)
     struct console console;
     struct idle rest = idle_lines();
     struct slots slots[AXIS_COUNT];
-    static struct nvm_report loaded[AXIS_COUNT]; /* NVM_NOTHING */
+    struct nvm_report loaded[AXIS_COUNT] = {{.state = NVM_NOTHING}};
     init_axes(slots);
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
