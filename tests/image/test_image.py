@@ -102,6 +102,17 @@ def test_what_must_not_wait_stands_where_the_cache_is_locked():
         assert all(at < CACHE_BYTES for at in called), name
 
 
+def test_what_room_they_leave_in_the_cache_is_the_slow_loops():
+    script = Path("linker/m2s010.ld").read_text()
+    named = set(re.findall(r"\.text\.(\w+)", re.search(r"(?s)link_timed_end = .*link_slow_loop_end = ", script).group()))
+    with open(BUILD / "mssfoc.elf", "rb") as stream:
+        symbols = list(ELFFile(stream).get_section_by_name(".symtab").iter_symbols())
+    start, end = (next(s["st_value"] for s in symbols if s.name == name) for name in ("link_timed_end", "link_slow_loop_end"))
+    behind = {s.name.split(".")[0] for s in symbols
+              if s["st_info"]["type"] == "STT_FUNC" and start <= s["st_value"] < end}
+    assert behind == named, "a name that fits no function leaves the room to whatever is linked next"
+
+
 def test_vectors(image):
     words = [int.from_bytes(image[i:i + 4], "little") for i in range(0, 98 * 4, 4)]
     assert 0x20000000 < words[0] <= 0x20010000 and words[0] % 8 == 0
