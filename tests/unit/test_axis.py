@@ -109,6 +109,26 @@ def test_each_step_proves_to_the_fabric_that_the_slow_loop_lives_when_it_is_its_
         assert w.fabric.gate.PROOF == proof, next_word
 
 
+@pytest.mark.parametrize("which", ("own", "other"))
+def test_each_step_proves_for_the_thread_while_it_evaluates_for_either_axis(c, world, which):
+    w, beside = world("SWITCH_ON_DISABLED"), c.axis()
+    w.axis.beside = ctypes.pointer(beside)
+    evaluates = {"own": w.axis, "other": beside}[which].identify
+
+    def proof():
+        w.fabric.gate.WATCH, w.fabric.gate.PROOF = 0x107, 0
+        w.step()
+        return w.fabric.gate.PROOF
+
+    assert proof() == 0
+    evaluates.thinking, evaluates.thinking_ms = True, 0
+    assert proof() == 0xA5E83C07
+    evaluates.thinking_ms = 51
+    assert proof() == 0, "not for ever"
+    evaluates.thinking = False
+    assert proof() == 0 and w.axis.identify.thinking_ms == 0, "and anew the next time"
+
+
 def test_the_snapshot_is_of_everything(c, world):
     w = world("OPERATION_ENABLED")
     adc, loop = w.fabric.adc, w.axis.loop
