@@ -273,8 +273,9 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_SALIENCY] = {"saliency not seen",
                         "a larger injection_mv; or the motor has too little saliency: use an encoder",
                         "the current answered by @ LSB a degree, # hundredths; it takes 4"},
-    [FAULT_POLARITY] = {"north pole not found", "free the rotor, or a larger i_align_ma, i_max_ma or injection_mv",
-                        "a torque for @ ms either way turned it too little"},
+    [FAULT_POLARITY] = {"north pole not found",
+                        "a rotor that is free and at rest, or a larger i_max_ma or injection_mv",
+                        "torque for @ ms either way did not tell"},
     /* hall */
     [FAULT_HALL_INVALID] = {"Hall state", "a Hall wire is broken, the switches have no supply, or hall_states is wrong",
                             "state @ (4 C + 2 B + A) is not in hall_states"},

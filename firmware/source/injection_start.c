@@ -26,9 +26,11 @@
 #define PUSH_FIRST_MS  1u
 #define PUSH_LAST_MS   256u
 #define PUSH_SETTLES   24u
-#define PUSH_LEAST_Q32 ((1LL << 31) / 15) /* 12 degrees between both ways; the tracked angle is right within 2 */
+#define PUSH_LEAST_Q32 ((1LL << 32) / 15) /* 24 degrees, twice between both ways; the tracked angle is right within 2 */
+#define PUSH_SEARCHES  16u
 
-#define PUSH_FAR_Q32 0x20000000u /* 45 degrees: the next would be four times as far */
+#define PUSH_FAR_Q32  0x20000000u /* 45 degrees: the next would be four times as far */
+#define PUSH_VOID_Q32 0x60000000u /* 135: from half a turn on it would look like less */
 
 /* 4 LSB per degree: 229 per radian. */
 #define RADIAN_LEAST 230
@@ -214,39 +216,61 @@ static void begin_push(struct axis *a, uint32_t push_ms)
     s->push_from_q32 = a->loop.pll.angle_q32;
 }
 
-/* The angle between both ways, before and after the middle window: a drift or a constant load cancels. 0: too little. */
+/* Twice the angle between both ways, by the windows before and after the middle one: a drift or a constant load cancels. */
 static int64_t pushed_apart_q32(const struct injection_start *s)
 {
-    const int64_t before_q32 = (int64_t)s->pushed_q32[0] - s->pushed_q32[1];
-    const int64_t after_q32 = (int64_t)s->pushed_q32[2] - s->pushed_q32[1];
-    const int64_t sum_q32 = before_q32 + after_q32;
-    const int64_t least_q32 = sum_q32 < 0 ? -PUSH_LEAST_Q32 : PUSH_LEAST_Q32;
-    return before_q32 / least_q32 > 0 && after_q32 / least_q32 > 0 ? sum_q32 : 0;
+    return (int64_t)s->pushed_q32[0] - 2LL * s->pushed_q32[1] + s->pushed_q32[2];
 }
 
-/* A longer push would tell nothing more, and might turn it by half a turn. */
-static bool pushed_far(const struct injection_start *s)
+static uint32_t pushed_most_q32(const struct injection_start *s)
 {
     uint32_t most_q32 = 0;
     for (uint32_t n = 0; n < PUSH_WINDOWS; n++) {
         const uint32_t size_q32 = angle_size_q32(s->pushed_q32[n]);
         most_q32 = size_q32 > most_q32 ? size_q32 : most_q32;
     }
-    return most_q32 > PUSH_FAR_Q32;
+    return most_q32;
 }
 
+/* Which way it went: 1 forwards, -1 backwards, 0 not known. */
+static int32_t pushed_way(const struct injection_start *s)
+{
+    const int64_t apart_q32 = pushed_apart_q32(s);
+    if (pushed_most_q32(s) > PUSH_VOID_Q32) {
+        return 0;
+    }
+    return apart_q32 >= PUSH_LEAST_Q32 ? 1 : (apart_q32 <= -PUSH_LEAST_Q32 ? -1 : 0);
+}
+
+/* As long where one has told, or a longer one might turn it by half a turn. */
+static uint32_t next_push_ms(const struct injection_start *s, int32_t way)
+{
+    const uint32_t most_q32 = pushed_most_q32(s);
+    if (most_q32 > PUSH_VOID_Q32) {
+        return s->push_ms > PUSH_FIRST_MS ? s->push_ms / 2u : PUSH_FIRST_MS;
+    }
+    return way != 0 || most_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
+}
+
+/* Two searches must agree: what lets go of the rotor, or takes hold of it, in the middle of one would tell anything. */
 static enum injection_result leave_push(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
-    const int64_t apart_q32 = pushed_apart_q32(s);
-    if (apart_q32 == 0 && s->push_ms < PUSH_LAST_MS && !pushed_far(s)) {
-        begin_push(a, 2u * s->push_ms);
-        return INJECTION_RUNNING;
+    const int32_t way = pushed_way(s);
+    const uint32_t next_ms = next_push_ms(s, way);
+    s->searches++;
+    if (way != 0 && way == s->way) {
+        if (way < 0) {
+            injection_turn_round(&a->loop);
+        }
+        return INJECTION_DONE;
     }
-    if (apart_q32 < 0) {
-        injection_turn_round(&a->loop);
+    if (next_ms > PUSH_LAST_MS || s->searches == PUSH_SEARCHES) {
+        return INJECTION_POLARITY;
     }
-    return apart_q32 != 0 ? INJECTION_DONE : INJECTION_POLARITY;
+    s->way = way != 0 ? way : s->way;
+    begin_push(a, next_ms);
+    return INJECTION_RUNNING;
 }
 
 static enum injection_result push_north(struct axis *a)

@@ -12,7 +12,8 @@
  *              doi 10.1109/ICEM60801.2024.10700403)
  *   push       there, and where saturation has told nothing: q current for some milliseconds, and as long the other way; then
  *              both the other way round, and once more as at first. Where north is taken for south the rotor goes backwards.
- *              Longer and longer, until both ways are 12 degrees apart; a rotor that does not move is refused
+ *              Longer and longer, until both ways are 12 degrees apart, and once more to confirm it. A rotor that does not
+ *              move, or is moved by something else, is refused
  */
 #ifndef FIRMWARE_SOURCE_INJECTION_START_H
 #define FIRMWARE_SOURCE_INJECTION_START_H
@@ -28,7 +29,7 @@ enum injection_result {
     INJECTION_RUNNING,
     INJECTION_DONE,     /* angle and north are known, and tracked */
     INJECTION_SALIENCY, /* refused: too little current response per degree */
-    INJECTION_POLARITY, /* refused: both ends of the axis look alike, and a push does not turn it */
+    INJECTION_POLARITY, /* refused: pushes, and saturation where it counts, did not tell north */
 };
 
 struct injection_start {
@@ -42,9 +43,11 @@ struct injection_start {
     int32_t i_q15;         /* of the polarity test */
     int32_t with, against; /* responses with each sign of it: sums, and squares of the milliseconds' */
     int64_t with_squares, against_squares;
-    bool told;                        /* saturation has told which end is north */
-    uint32_t push_ms;                 /* each way */
-    uint32_t push_from_q32;           /* the angle before, */
+    bool told;              /* saturation has told which end is north */
+    uint32_t push_ms;       /* each way */
+    uint32_t searches;      /* of three windows */
+    int32_t way;            /* what the last one that told anything said: 1 forwards, -1 backwards, 0 nothing yet */
+    uint32_t push_from_q32; /* the angle before, */
     int32_t pushed_q32[PUSH_WINDOWS]; /* and how far it went */
     uint32_t result;                  /* enum injection_result of the last start */
     int32_t detail_q8;                /* response per degree, LSB */

@@ -131,25 +131,25 @@ class Plant:
         swings = swings_up(hz, rotor, rotor * load["inertia_ratio"], *shaft)
         return f"a speed loop of {hz:.3g} Hz swings with the coupling at {MARGIN:g} times its gain" if swings else ""
 
-    def trips_by_ripple(self, *_):
-        """The current that the drive may ask for reaches, within PWM periods at the scenarios' speed, the stage's own limit."""
+    def trips_by_ripple(self, _share=1.0, speed="work_rpm"):
+        """The current that the drive may ask for reaches, within PWM periods at the scenario's speed, the stage's own limit."""
         e, trip_a = self.motor["electrical"], self.stage["bridge"]["oc_trip_a"]
-        volts = self.names["work_rpm"] * RPM * e["pole_pairs"] * e["flux_wb"] + e["resistance_ohm"] * self.names["i_max_A"]
+        volts = self.names[speed] * RPM * e["pole_pairs"] * e["flux_wb"] + e["resistance_ohm"] * self.names["i_max_A"]
         ripple_a = largest_ripple_a(self.stage["supply"]["vbus_v"], e["ld_h"], PERIOD_S, volts)
         peak_a = self.names["i_max_A"] + ripple_a
         text = f"{peak_a:.3g} A at i_max, {ripple_a:.3g} A of it ripple; the stage trips at {trip_a:.3g}"
         return text if peak_a > trip_a else ""
 
     def cannot_be_pushed(self, *_):
-        """A torque of two thirds of i_max through the magnets, 256 ms either way, three times, turns it by less than 2 times
-        12 degrees electrical."""
+        """A torque of two thirds of i_max through the magnets, 256 ms either way, turns it by less than is asked for."""
         shaft, load = self.motor["mechanical"], self.motor["load"]
         inertia = shaft["inertia_kgm2"] * (1 + load["inertia_ratio"])
         e = self.motor["electrical"]
         torque = 1.5 * e["pole_pairs"] * e["flux_wb"] * self.names["i_max_A"] * PUSH_SHARE
-        left = torque - max(load["stiction_nm"], load["coulomb_nm"]) - shaft["friction_coulomb_nm"]
-        turned = 2 * max(left, 0.0) / inertia * PUSH_S ** 2 * e["pole_pairs"]
-        return f"a push turns it by {math.degrees(turned):.3g} degrees" if turned < PUSH_SEEN else ""
+        sticks = torque <= load["stiction_nm"] + shaft["friction_coulomb_nm"]
+        left = 0.0 if sticks else torque - load["coulomb_nm"] - shaft["friction_coulomb_nm"]
+        turned = 4 * left / inertia * PUSH_S ** 2 * e["pole_pairs"]
+        return f"pushes turn it by {math.degrees(turned):.3g} degrees" if turned < PUSH_SEEN else ""
 
 
 # what the drive says -> what of the plant makes it true

@@ -267,7 +267,7 @@ class Bench:
             self.c.injection_follow(self.loop, self.axis.tuning)
 
     def start(self):
-        for _ in range(5000):
+        for _ in range(8000):
             self.milliseconds()
             result = self.c.injection_start_step(self.axis)
             if result != self.c.INJECTION_RUNNING:
@@ -408,6 +408,19 @@ def test_a_heavy_shaft_is_pushed_for_longer_and_one_that_does_not_move_is_refuse
         assert result == c.INJECTION_DONE and abs(bench.error_deg()) < 3 and bench.axis.injection.push_ms > 64
     else:
         assert result == c.INJECTION_POLARITY and bench.axis.injection.push_ms == 256
+
+
+@pytest.mark.parametrize("angle", (20, 200))
+@pytest.mark.parametrize("times, freed_ms", ((5, 256), (5, 640), (5, 700), (5, 900), (5, 128), (5, 350), (1, 110), (1, 300)))
+def test_a_rotor_that_is_let_go_in_the_middle_of_a_push_is_not_taken_for_its_opposite(c, angle, times, freed_ms):
+    bench = Bench(c, THOR, angle, noise_lsb=16, free=True)
+    bench.p["inertia_gmm2"] *= times
+    bench.free, result, ms = False, c.INJECTION_RUNNING, 0
+    while result == c.INJECTION_RUNNING:
+        bench.free = bench.free or (bench.axis.injection.push_ms != 0 and (ms := ms + 1) > freed_ms)
+        bench.milliseconds()
+        result = c.injection_start_step(bench.axis)
+    assert result == c.INJECTION_POLARITY or abs(bench.error_deg()) < 3
 
 
 @pytest.mark.parametrize("angle", (10, 190))
