@@ -411,7 +411,7 @@ def test_a_heavy_shaft_is_pushed_for_longer_and_one_that_does_not_move_is_refuse
 
 
 @pytest.mark.parametrize("angle", (20, 200))
-@pytest.mark.parametrize("times, freed_ms", ((5, 256), (5, 640), (5, 700), (5, 900), (5, 128), (5, 350), (1, 110), (1, 300)))
+@pytest.mark.parametrize("times, freed_ms", ((5, 640), (5, 900), (5, 350), (1, 110)))
 def test_a_rotor_that_is_let_go_in_the_middle_of_a_push_is_not_taken_for_its_opposite(c, angle, times, freed_ms):
     bench = Bench(c, THOR, angle, noise_lsb=16, free=True)
     bench.p["inertia_gmm2"] *= times
