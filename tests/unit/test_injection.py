@@ -411,13 +411,13 @@ def test_a_heavy_shaft_is_pushed_for_longer_and_one_that_does_not_move_is_refuse
 
 
 @pytest.mark.parametrize("angle", (20, 200))
-@pytest.mark.parametrize("times, freed_ms", ((5, 640), (5, 900), (5, 350), (1, 110)))
-def test_a_rotor_that_is_let_go_in_the_middle_of_a_push_is_not_taken_for_its_opposite(c, angle, times, freed_ms):
+@pytest.mark.parametrize("times, push_ms, freed_ms", ((5, 256, 640), (5, 256, 900), (5, 128, 350), (1, 32, 110)))
+def test_a_rotor_that_is_let_go_in_the_middle_of_a_push_is_not_taken_for_its_opposite(c, angle, times, push_ms, freed_ms):
     bench = Bench(c, THOR, angle, noise_lsb=16, free=True)
     bench.p["inertia_gmm2"] *= times
-    bench.free, result, ms = False, c.INJECTION_RUNNING, 0
+    bench.free, result, search = False, c.INJECTION_RUNNING, bench.axis.injection
     while result == c.INJECTION_RUNNING:
-        bench.free = bench.free or (bench.axis.injection.push_ms != 0 and (ms := ms + 1) > freed_ms)
+        bench.free = bench.free or (search.push_ms == push_ms and search.ms > freed_ms)
         bench.milliseconds()
         result = c.injection_start_step(bench.axis)
     assert result == c.INJECTION_POLARITY or abs(bench.error_deg()) < 3
