@@ -28,6 +28,9 @@ void canopen_nmt_reset(struct canopen *c)
     c->sdo_out = 0x580u + node;
     c->sdo.under_way = SDO_IDLE;
     c->beats = c->lost_heartbeat = false;
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        c->lost_nmt[n] = c->lost_nmt[n] || node == CANOPEN_NO_NUMBER; /* nobody could stop it any more */
+    }
     canopen_pdo_defaults(c);
     canopen_forget_errors(c);
     send_state(c, NMT_BOOT);

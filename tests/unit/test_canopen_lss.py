@@ -6,10 +6,11 @@ import struct
 
 import pytest
 
-from unit.can_node import HEARTBEAT, NODE, RESET_COMMUNICATION, RESET_NODE, START, Node
+from unit.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
 
 COMMAND, ANSWER, NONE = 0x7E5, 0x7E4, 255
 WAITING, CONFIGURATION = 0, 1
+STOPPED = 4  # of NMT
 NODE_ID, BIT_TIMING, ACTIVATE, STORE, ASK_NODE = 0x11, 0x13, 0x15, 0x17, 0x5E
 RATES = {0: 1000, 1: 800, 2: 500, 3: 250, 4: 125, 6: 50, 7: 20}
 PRODUCT, VERSION = 0x6D666F63, 0x00000100
@@ -310,13 +311,24 @@ def test_what_changes_meanwhile_is_told_behind_it(node):
     assert [identifier for _, identifier, _ in sent][:1] == [0x180 + NODE] and 42 <= sent[0][0] <= 44
 
 
+def operates(node):
+    node.axis.request, node.axis.state = 0, node.c.AXIS_OPERATION_ENABLED
+    node.poll()
+    node.sent()
+
+
 def enabled(node):
     node.nmt(START)
     for word in (6, 7, 15):
         node.say((0x200 + NODE, struct.pack("<H", word)))
-    node.axis.request, node.axis.state = 0, node.c.AXIS_OPERATION_ENABLED
-    node.poll()
-    node.sent()
+    operates(node)
+
+
+def enabled_by_sdo(node):
+    """In pre-operational, which NMT then need not leave."""
+    for word in (6, 7, 15):
+        node.write(0x6040, 0, word, 2)
+    operates(node)
 
 
 def test_a_master_that_makes_the_bus_leave_is_lost(node):
@@ -331,6 +343,33 @@ def test_a_master_that_makes_the_bus_leave_is_lost(node):
     node.lss(ACTIVATE, 20, pack="<BH")
     node.wait(1)
     assert node.axis.master_lost == node.c.CANOPEN_LOST_BUS
+
+
+@pytest.mark.parametrize("command", (RESET_COMMUNICATION, RESET_NODE))
+def test_one_whose_number_is_taken_has_lost_its_master(node, command):
+    """Nobody on the bus could stop it any more, and what watched the master's heartbeat is reset."""
+    node.write(0x1016, 1, 0x7F << 16 | 30, 4)
+    node.say((0x77F, b"\5"))
+    enabled_by_sdo(node)
+    node.to(CONFIGURATION)
+    node.configure(NODE_ID, NONE)
+    assert node.axis.master_lost == 0
+    node.nmt(command)
+    assert node.canopen.node == NONE and node.axis.master_lost == node.c.CANOPEN_LOST_NMT
+    node.wait(50)
+    assert node.axis.master_lost == node.c.CANOPEN_LOST_NMT
+
+
+def test_it_is_the_same_if_the_parameter_takes_it(node):
+    enabled_by_sdo(node)
+    node.axis.params.can_node = NONE
+    node.wait(1)
+    assert node.axis.master_lost == node.c.CANOPEN_LOST_NMT
+
+
+def test_at_rest_without_a_number_it_has_lost_nobody(new):
+    new.wait(3)
+    assert new.axis.master_lost == 0 and not any(new.canopen.lost_nmt)
 
 
 def test_its_heartbeat_is_not_missed_meanwhile(node):
@@ -435,6 +474,25 @@ def test_no_frame_changes_anything_of_a_drive_that_is_on(c, number):
         answered += len(sent)
         node.canopen.lss.change = 0  # the silence of a change of rate is over
     assert answered > 500 and not c.slots_look(node.slots).any
+
+
+def test_whatever_comes_a_drive_that_operates_can_be_reached_or_has_lost_its_master(c):
+    any_one, unreachable = random.Random(9), 0
+    for _ in range(80):
+        node = Setter(c)
+        (enabled_by_sdo, enabled)[any_one.randrange(2)](node)
+        for _ in range(500):
+            if any_one.random() < 0.8:
+                node.say((COMMAND, some_frame(any_one)))
+            else:
+                node.nmt(any_one.choice((START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION)), 0)
+            node.canopen.lss.change = 0
+            if node.canopen.node == NONE:
+                assert node.axis.master_lost == c.CANOPEN_LOST_NMT
+                unreachable += 1
+                break
+            assert node.answers_as(node.canopen.node) or node.canopen.state == STOPPED
+    assert unreachable > 20
 
 
 def test_off_they_change_the_line_alone_and_nothing_starts(c):
