@@ -65,6 +65,9 @@ void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report
  */
 struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *report);
 
+/* Whether drive_save() would be refused now; the eNVM may fail it even so. Thread. */
+struct outcome drive_may_save(const struct axis *a);
+
 /* Resets parameters and reactions to their initial values; storage stays. Refused while the bridge is on. Thread. */
 struct outcome drive_defaults(struct axis *a);
 

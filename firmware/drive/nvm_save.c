@@ -152,7 +152,7 @@ static bool is_at_rest(const struct axis *a)
     return drive_is_off(a) && q15_abs(a->speed.speed_rpm_q4) <= AXIS_STANDSTILL_RPM_Q4;
 }
 
-static struct outcome state_forbids(struct axis *a, struct tuning *set)
+static struct outcome state_forbids(const struct axis *a, struct tuning *set)
 {
     if (!drive_is_off(a)) {
         return outcome_of(ERROR_SAVE_WHILE_ON);
@@ -167,6 +167,12 @@ static struct outcome state_forbids(struct axis *a, struct tuning *set)
         return outcome_of(ERROR_SAVE_BESIDE_ON);
     }
     return nvm_check(&a->params, set);
+}
+
+struct outcome drive_may_save(const struct axis *a)
+{
+    struct tuning unused = a->tuning;
+    return state_forbids(a, &unused);
 }
 
 /* The head makes it a slot, so it comes last. */

@@ -125,15 +125,32 @@ static uint32_t own_reason(enum error why)
     return OWN_REASON | (uint32_t)why << 8;
 }
 
-/* Of the axis that could not store; those behind it have not tried. */
-static uint32_t not_stored(const struct canopen *c)
+static uint32_t not_stored(enum error why)
+{
+    return why >= ERROR_ENVM_CLOCK && why <= ERROR_ENVM_VERIFY ? (uint32_t)NOT_STORED : own_reason(why);
+}
+
+/* Asked of all before the first writes: one axis' copy of what was refused would be there at the next start. */
+static enum error forbids_store(const struct canopen *c)
+{
+    enum error why = ERROR_NONE;
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        why = drive_is_off(c->drives[n].axis) ? why : ERROR_SAVE_WHILE_ON; /* whichever it is */
+    }
+    for (uint32_t n = 0; why == ERROR_NONE && n < AXIS_COUNT; n++) {
+        why = drive_may_save(c->drives[n].axis).error;
+    }
+    return why;
+}
+
+/* Of the axis that failed all the same; those behind it have not tried. */
+static enum error refusal(const struct canopen *c)
 {
     uint32_t n = 0;
     while (n + 1u < AXIS_COUNT && c->drives[n].cia402.refusal.error == ERROR_NONE) {
         n++;
     }
-    const enum error why = c->drives[n].cia402.refusal.error;
-    return why >= ERROR_ENVM_CLOCK && why <= ERROR_ENVM_VERIFY ? (uint32_t)NOT_STORED : own_reason(why);
+    return c->drives[n].cia402.refusal.error;
 }
 
 /* As 0x1010:1, with the number and rate that wait to take effect; if it fails, the parameters are what they were. */
@@ -144,16 +161,15 @@ static uint32_t store(struct canopen *c)
     if (!FEATURE_IN(SETTINGS)) {
         return NOT_SUPPORTED;
     }
-    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        if (!drive_is_off(c->drives[n].axis)) {
-            return own_reason(ERROR_SAVE_WHILE_ON);
-        }
+    const enum error forbidden = forbids_store(c);
+    if (forbidden != ERROR_NONE) {
+        return not_stored(forbidden);
     }
     p->can_node = c->lss.node;
     p->can_kbit = c->lss.kbit;
     if (canopen_write(c, STORE, 1u, OBJECTS_SAVE) != 0u) {
         canopen_set_line(p, &before);
-        return not_stored(c);
+        return not_stored(refusal(c));
     }
     c->line = canopen_line(p); /* kept, but not in effect */
     return DONE;

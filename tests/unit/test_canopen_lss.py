@@ -6,6 +6,7 @@ import struct
 
 import pytest
 
+from unit.axes_at_rest import SLOTS_BYTES
 from unit.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
 
 COMMAND, ANSWER, NONE = 0x7E5, 0x7E4, 255
@@ -385,11 +386,11 @@ def test_its_heartbeat_is_not_missed_meanwhile(node):
 # ---- storing ----
 
 def kept(node):
-    """What the drive finds at its next start: (number, rate)."""
+    """What the drive, or the first of two, finds at its next start: (number, rate)."""
     c, other = node.c, node.c.axis()
     c.drive_init(other, node.fabric)
     other.fabric_doubt, other.state = 0, c.AXIS_SWITCH_ON_DISABLED
-    assert c.drive_load(other, node.slots, c.nvm_report()).error == c.ERROR_NONE
+    assert c.drive_load(other, node.slots[0] if len(node.axes) > 1 else node.slots, c.nvm_report()).error == c.ERROR_NONE
     return other.params.can_node, other.params.can_kbit
 
 
@@ -527,9 +528,42 @@ def test_two_axes_are_one_node_to_it(two_buses):
     assert ctypes.string_at(ctypes.addressof(pair.axes), ctypes.sizeof(pair.axes)) == before
 
 
-def test_it_names_what_the_second_axis_refuses(two_buses):
-    pair = Setter(two_buses, count=2)
+@pytest.fixture
+def pair(two_buses):
+    made = Setter(two_buses, count=2)
+    made.to(CONFIGURATION)
+    assert made.configure(STORE) == (0, 0) and kept(made) == (NODE, 500)
+    made.configure(NODE_ID, 9)
+    made.configure(BIT_TIMING, 0, 4)
+    return made
+
+
+def test_it_names_what_the_second_axis_refuses_and_the_first_stores_nothing(pair):
     pair.axes[1].params.i_max_ma = 14999
-    pair.to(CONFIGURATION)
-    pair.configure(NODE_ID, 9)
-    assert pair.configure(STORE) == (255, two_buses.ERROR_I_MAX_BEYOND_TRIP) and pair.axis.params.can_node == NODE
+    assert pair.configure(STORE) == (255, pair.c.ERROR_I_MAX_BEYOND_TRIP)
+    assert kept(pair) == (pair.axis.params.can_node, pair.axis.params.can_kbit) == (NODE, 500)
+
+
+def test_what_was_refused_before_is_not_named(pair):
+    pair.axes[1].params.i_max_ma, pair.canopen.drives[0].cia402.refusal.error = 14999, pair.c.ERROR_NO_FAULT
+    assert pair.configure(STORE) == (255, pair.c.ERROR_I_MAX_BEYOND_TRIP)
+
+
+@pytest.mark.parametrize("turning", (0, 1))
+def test_none_stores_while_a_shaft_turns(pair, turning):
+    pair.axes[turning].speed.speed_rpm_q4 = 16 * 100
+    answer, why = pair.configure(STORE)
+    assert answer == 255 and why in (pair.c.ERROR_TURNING, pair.c.ERROR_SAVE_BESIDE_ON) and kept(pair) == (NODE, 500)
+
+
+def test_memory_of_the_second_that_cannot_be_written_is_told(pair):
+    """The first has stored by then; what is in effect stays, and the same again mends it."""
+    locked = pair.c.host_bench.envm.locked
+    first = pair.slots[1].offset_bytes // 128
+    for page in range(first, first + SLOTS_BYTES // 128):
+        locked[page] = True
+    assert pair.configure(STORE) == (2, 0) and kept(pair) == (9, 125)
+    assert (pair.axis.params.can_node, pair.axis.params.can_kbit) == (NODE, 500)
+    for page in range(len(locked)):
+        locked[page] = False
+    assert pair.configure(STORE) == (0, 0) and kept(pair) == (9, 125)
