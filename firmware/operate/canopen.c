@@ -40,7 +40,7 @@ void canopen_start(struct canopen *c, struct can *can, struct axis *axes, const 
 static void follow_bus_parameters(struct canopen *c)
 {
     const struct canopen_line now = canopen_line(&c->drives[0].axis->params);
-    if (now.node != c->line.node || now.kbit != c->line.kbit || now.recover != c->line.recover) {
+    if (canopen_line_differs(&now, &c->line)) {
         join(c);
     }
 }

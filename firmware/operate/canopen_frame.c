@@ -15,6 +15,11 @@ struct canopen_line canopen_line(const struct params *p)
     return (struct canopen_line){p->can_node, p->can_kbit, p->can_recover};
 }
 
+bool canopen_line_differs(const struct canopen_line *one, const struct canopen_line *other)
+{
+    return one->node != other->node || one->kbit != other->kbit || one->recover != other->recover;
+}
+
 void canopen_set_line(struct params *p, const struct canopen_line *line)
 {
     p->can_node = line->node;

@@ -161,6 +161,9 @@ static uint32_t store(struct canopen *c)
     if (!FEATURE_IN(SETTINGS)) {
         return NOT_SUPPORTED;
     }
+    if (canopen_line_differs(&before, &c->line)) { /* a parameter has been set, and takes effect in the next turn */
+        return own_reason(ERROR_BUSY);
+    }
     const enum error forbidden = forbids_store(c);
     if (forbidden != ERROR_NONE) {
         return not_stored(forbidden);
@@ -171,7 +174,8 @@ static uint32_t store(struct canopen *c)
         canopen_set_line(p, &before);
         return not_stored(refusal(c));
     }
-    c->line = canopen_line(p); /* kept, but not in effect */
+    c->line.node = p->can_node; /* kept, but not in effect */
+    c->line.kbit = p->can_kbit;
     return DONE;
 }
 

@@ -39,6 +39,7 @@ static inline bool canopen_is_silent(const struct canopen *c)
 /* Joins the bus with the highest rate that is known and no higher; 20 kbit/s at least. */
 void canopen_open(struct canopen *c, int32_t kbit_s);
 struct canopen_line canopen_line(const struct params *p);
+bool canopen_line_differs(const struct canopen_line *one, const struct canopen_line *other);
 void canopen_set_line(struct params *p, const struct canopen_line *line);
 void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count);
 void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count); /* the least significant byte first */

@@ -434,6 +434,21 @@ def test_what_a_save_refuses_is_named(node):
     assert node.configure(STORE) == (255, node.c.ERROR_I_MAX_BEYOND_TRIP) and node.everything() == before
 
 
+@pytest.mark.parametrize("name, value", [("can_node", 17), ("can_kbit", 250), ("can_recover", 1)])
+def test_a_parameter_set_in_the_same_turn_takes_effect_first(node, name, value):
+    """It is not stored over, and not taken for what is in effect already."""
+    node.to(CONFIGURATION)
+    node.configure(NODE_ID, 9)
+    opened, setting = node.c.host_can_opened.value, struct.pack("<BHBI", 0x23, node.param(name), 0, value)
+    sent = node.say((0x600 + NODE, setting), (COMMAND, bytes([STORE]).ljust(8, b"\0")))
+    assert dict(sent)[ANSWER][:3] == bytes([STORE, 255, node.c.ERROR_BUSY]) and not node.c.slots_look(node.slots).any
+    node.wait(1)
+    assert getattr(node.axis.params, name) == value and node.c.host_can_opened.value == opened + 1
+    assert node.canopen.node == (value if name == "can_node" else NODE)
+    assert node.c.host_can_kbit.value == (value if name == "can_kbit" else 500)
+    assert node.c.host_can_recovers.value == (name == "can_recover")
+
+
 def test_memory_that_cannot_be_written_is_told(node):
     locked = node.c.host_bench.envm.locked
     for page in range(len(locked)):
