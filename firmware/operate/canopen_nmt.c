@@ -99,6 +99,9 @@ static void watch_master(struct canopen *c)
 
 static void watch_bus(struct canopen *c, bool off)
 {
+    if (canopen_is_silent(c)) {
+        return; /* who cannot speak now tells of it later */
+    }
     if (c->was_off && !off) {
         canopen_emergency(c, EMERGENCY_BUS_OFF, 0);
     }

@@ -312,6 +312,18 @@ def test_what_changes_meanwhile_is_told_behind_it(node):
     assert [identifier for _, identifier, _ in sent][:1] == [0x180 + NODE] and 42 <= sent[0][0] <= 44
 
 
+def test_that_it_is_back_from_bus_off_is_told_behind_it(node):
+    bus = node.c.host_can_state
+    node.to(CONFIGURATION)
+    bus.value = 2
+    node.wait(2)
+    node.lss(ACTIVATE, 20, pack="<BH")
+    node.wait(5)
+    bus.value = 0
+    assert [(identifier, data[:2]) for _, identifier, data in node.wait(60)] == [(0x80 + NODE, b"\x40\x81")]
+    assert node.value(0x1003) == 1
+
+
 def operates(node):
     node.axis.request, node.axis.state = 0, node.c.AXIS_OPERATION_ENABLED
     node.poll()
