@@ -19,6 +19,7 @@ void canopen_nmt_reset(struct canopen *c)
     const uint32_t node = c->lss.node;
     c->node = c->lss.node;
     c->lss.configures = false;
+    c->lss.matched = c->lss.part = 0u;
     c->sync_id = 0x80u;
     c->emergency_id = 0x80u + node;
     c->emergency_inhibit = 0u;

@@ -146,6 +146,13 @@ def test_what_was_named_before_it_was_switched_is_forgotten(node):
     assert node.lss(0x43, IDENTITY[3]) is None and node.lss(ASK_NODE) is None
 
 
+@pytest.mark.parametrize("command", (RESET_COMMUNICATION, RESET_NODE))
+def test_so_is_what_was_named_before_a_reset(node, command):
+    assert [node.lss(0x40 + part, IDENTITY[part]) for part in range(3)] == [None] * 3
+    node.nmt(command)
+    assert node.lss(0x43, IDENTITY[3]) is None and node.lss(ASK_NODE) is None
+
+
 def test_switched_already_it_does_not_answer_that_again(node):
     node.to(CONFIGURATION)
     assert [node.lss(0x40 + part, value) for part, value in enumerate(IDENTITY)] == [None] * 4
