@@ -191,10 +191,10 @@ static uint32_t check_pdo(struct canopen *c, uint32_t index, uint32_t subindex, 
     return subindex == 1u ? canopen_pdo_id(p, value) : subindex == 2u ? canopen_pdo_type(p, value, receives) : 0u;
 }
 
-/* 11 bits, and not those of NMT. */
+/* 11 bits, and of no other service. */
 static bool is_free_id(uint32_t id)
 {
-    return (id & (CANOPEN_EXTENDED | CANOPEN_NO_RTR)) == 0u && (id & CANOPEN_ID) >= 0x80u;
+    return (id & (CANOPEN_EXTENDED | CANOPEN_NO_RTR)) == 0u && !canopen_is_restricted(id & CANOPEN_ID);
 }
 
 static uint32_t check_row(struct canopen *c, uint32_t index, uint32_t subindex, uint32_t value)

@@ -3,8 +3,7 @@
 
 #define PDO_BITS 64u
 
-/* Identifiers that CiA 301 keeps for other services, table 81. */
-static bool is_restricted(uint32_t id)
+bool canopen_is_restricted(uint32_t id)
 {
     return id <= 0x07Fu || (id >= 0x101u && id <= 0x180u) || (id >= 0x581u && id <= 0x5FFu) ||
            (id >= 0x601u && id <= 0x67Fu) || id >= 0x6E0u;
@@ -14,7 +13,7 @@ uint32_t canopen_pdo_id(const struct canopen_pdo *p, uint32_t id)
 {
     const bool invalid = (id & CANOPEN_INVALID) != 0u;
     const bool moved = ((id ^ p->id) & CANOPEN_ID) != 0u;
-    if ((id & CANOPEN_EXTENDED) != 0u || (!invalid && is_restricted(id & CANOPEN_ID))) {
+    if ((id & CANOPEN_EXTENDED) != 0u || (!invalid && canopen_is_restricted(id & CANOPEN_ID))) {
         return SDO_VALUE;
     }
     return !invalid && moved && (p->id & CANOPEN_INVALID) == 0u ? SDO_VALUE : 0u; /* only while it does not exist */

@@ -68,7 +68,10 @@ void canopen_emergency(struct canopen *c, uint32_t code, uint32_t detail);
 void canopen_watch_faults(struct canopen *c);
 void canopen_forget_errors(struct canopen *c);
 
-/* ---- canopen_map.c: what a master may set of a PDO; 0, or why not ---- */
+/* ---- canopen_map.c ---- */
+/* An identifier that CiA 301 keeps for other services, table 81; those of SYNC and EMCY are none. */
+bool canopen_is_restricted(uint32_t id);
+/* What a master may set of a PDO; 0, or why not. */
 uint32_t canopen_pdo_id(const struct canopen_pdo *p, uint32_t id);
 uint32_t canopen_pdo_type(const struct canopen_pdo *p, uint32_t type, bool receives);
 uint32_t canopen_pdo_entry(const struct canopen_pdo *p, uint32_t entry, bool receives);

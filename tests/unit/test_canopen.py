@@ -136,6 +136,19 @@ def test_a_text_of_whole_segments_ends_with_its_last(node):
         node.request(bytes([0x60]) + bytes(7))
 
 
+SERVICES = [0, 0x7F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x705, 0x7E4, 0x7E5, 0x7FF]  # CiA 301, table 81
+
+
+@pytest.mark.parametrize("index", (0x1005, 0x1014))
+def test_sync_and_emcy_take_no_identifier_of_another_service(node, index):
+    for value in SERVICES:
+        with aborted(0x06090030):
+            node.write(index, 0, value, 4)
+    for value in (0x80, 0x85, 0xFF, 0x100, 0x181, 0x580, 0x600, 0x680, 0x6DF):
+        node.write(index, 0, value, 4)
+        assert node.value(index) == value
+
+
 @pytest.mark.parametrize("code, index, sub, value, size", [
     (0x06020000, 0x5000, 0, 0, 4), (0x06090011, 0x1018, 5, 0, 4), (0x06090011, 0x1008, 1, 0, 4), (0x06010002, 0x1000, 0, 0, 4),
     (0x06010002, 0x6041, 0, 0, 2), (0x06010002, 0x1008, 0, 0, 4), (0x06010002, 0x1018, 0, 0, 1), (0x06070012, 0x6040, 0, 6, 4),
