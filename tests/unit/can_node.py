@@ -18,11 +18,11 @@ class Abort(Exception):
 class Node(AxesAtRest):
     """The drive `axis`, the first of `axes`, and the node `canopen`. A poll is a millisecond."""
 
-    def __init__(self, c, node=NODE, count=1):
+    def __init__(self, c, node=NODE, count=1, heartbeat_ms=0):
         super().__init__(c, count)
         for axis in self.axes:
             axis.loop.vbus_q15 = axis.tuning.v_min_q15 + 100
-        self.axis.params.can_node = node
+        self.axis.params.can_node, self.axis.params.can_heartbeat_ms = node, heartbeat_ms
         self.can, self.canopen = c.structs["can"](), c.structs["canopen"]()
         for name in ("saids", "taken", "heards", "opened", "closed", "state"):
             getattr(c, f"host_can_{name}").value = 0

@@ -71,9 +71,8 @@ def new(c):
 
 @pytest.mark.parametrize("number", (128, 254, 255))
 def test_without_a_number_it_is_silent(c, number):
-    node = Setter(c, node=number)
-    node.axis.params.can_heartbeat_ms = 5
-    assert c.host_can_opened.value == 1 and node.sent() == []
+    node = Setter(c, node=number, heartbeat_ms=5)
+    assert c.host_can_opened.value == 1 and node.sent() == [] and node.canopen.heartbeat_ms == 5
     everybody = [(0, bytes([START, 0])), (0, bytes([RESET_NODE, number])), (0x80, b""), (0x600 + number & 0x7FF, bytes(8))]
     assert node.say(*everybody) == [] and node.canopen.state == 0
     node.axis.faults.count, node.axis.faults.cause = 1, c.FAULT_OVERVOLTAGE
@@ -256,7 +255,9 @@ def test_who_has_a_number_takes_the_other_by_a_reset(node, command):
     assert node.axis.params.can_node == NODE
 
 
-def test_without_a_number_again_by_a_reset(node):
+def test_without_a_number_again_by_a_reset(c):
+    node = Setter(c, heartbeat_ms=5)
+    assert len(node.sent()) == 1 and len(node.wait(50)) == 10
     node.to(CONFIGURATION)
     node.configure(NODE_ID, NONE)
     assert node.nmt(RESET_COMMUNICATION) == [] and node.wait(150) == [] and not node.answers_as(NODE)
