@@ -40,7 +40,7 @@ struct can_hub {
     bool had_twin;
 };
 
-/* Of all, `now_ms` is a clock that only goes on. */
+/* In all of these `now_ms` is a clock that only goes on. */
 /* A new end's number, -1: there is no room for one more. */
 int can_hub_join(struct can_hub *h, int64_t now_ms);
 void can_hub_leave(struct can_hub *h, int end);
