@@ -97,6 +97,16 @@ unsigned can_hub_twins(const struct can_hub *h)
     return count;
 }
 
+bool can_hub_is_needed(const struct can_hub *h)
+{
+    for (const struct can_end *e = h->ends; e < h->ends + CAN_HUB_ENDS; e++) {
+        if (e->used && (e->twin || !e->spoke)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool can_hub_may_speak(const struct can_hub *h, int end, int64_t now_ms)
 {
     for (const struct can_end *e = h->ends; e < h->ends + CAN_HUB_ENDS && !h->ends[end].twin; e++) {
@@ -173,6 +183,7 @@ static void program_says(struct can_hub *h, struct can_end *e, const char *comma
 static void take(struct can_hub *h, struct can_end *e, const char *command, int64_t now_ms)
 {
     struct can_said said = can_link_read(command);
+    e->spoke = true;
     if (said.kind == CAN_SAYS_NODE) {
         e->twin = h->had_twin = true;
         e->listens = false;
@@ -195,7 +206,7 @@ int can_hub_join(struct can_hub *h, int64_t now_ms)
         struct can_end *e = &h->ends[n];
         if (!e->used) {
             e->used = true;
-            e->twin = e->listens = false;
+            e->spoke = e->twin = e->listens = false;
             e->node = (struct can_node){0, false};
             e->told = (struct can_others){false, false};
             e->moved_ms = now_ms;

@@ -24,7 +24,7 @@
 #define CAN_HUB_JOIN_MS   500
 
 struct can_end {
-    bool used, twin, listens;
+    bool used, spoke, twin, listens;
     struct can_speaker speaker;
     int64_t attached_ms; /* in raw mode since then */
     int64_t moved_ms;    /* it has taken something, or had nothing to take */
@@ -55,5 +55,7 @@ bool can_hub_waits(const struct can_hub *h);
  * say. Twins never wait. */
 bool can_hub_may_speak(const struct can_hub *h, int end, int64_t now_ms);
 unsigned can_hub_twins(const struct can_hub *h);
+/* Whether a twin is there, or an end that may become one: it has not said anything yet. */
+bool can_hub_is_needed(const struct can_hub *h);
 
 #endif

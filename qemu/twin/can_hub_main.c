@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The bus as a process of its own (can_hub.h): it outlives the twin that it began with, and ends with the last one.
+/* The bus as a process of its own (can_hub.h): it outlives the twin that it began with, and ends with the last one. Who has
+ * connected and not said yet whether he is one, a twin that waits for a debugger, say, keeps it, too.
  *
  *     canbus FD    a socket that listens; standard input ends when whoever has started this does */
 #include <errno.h>
@@ -131,7 +132,7 @@ int main(int argc, char **argv)
     polled[LAUNCHER] = (struct pollfd){.fd = STDIN_FILENO, .events = POLLIN};
     polled[LISTENER] = (struct pollfd){.fd = atoi(argv[1]), .events = POLLIN};
     (void)fcntl(polled[LISTENER].fd, F_SETFL, O_NONBLOCK); /* who wanted in may have gone again */
-    while (can_hub_twins(&hub) > 0 || !(hub.had_twin || abandoned)) {
+    while (can_hub_is_needed(&hub) || !(hub.had_twin || abandoned)) {
         turn();
     }
     return 0;

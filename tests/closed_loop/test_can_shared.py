@@ -195,3 +195,37 @@ def test_a_bus_whose_twin_never_came_does_not_stay(folder):
                           env={**os.environ, "BUILD": str(folder)}, cwd=REPO, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "b'< hi >'", done.stderr
     until(lambda: not listening(port), "it ends with whoever has opened it")
+
+
+@contextlib.contextmanager
+def bare_bus():
+    """connect(what it says at first) to a bus, whose process is `bus`, without a twin of QEMU's."""
+    with socket.create_server(("127.0.0.1", 0)) as listener, contextlib.ExitStack() as ends:
+        bus = subprocess.Popen([build_dir() / "qemu/canbus", str(listener.fileno())], stdin=subprocess.PIPE,
+                               pass_fds=[listener.fileno()])
+        port = listener.getsockname()[1]
+
+        def connect(text="", greeting=b"< hi >"):
+            one = ends.enter_context(socket.create_connection(("127.0.0.1", port), PATIENCE_S))
+            assert one.recv(256) == greeting
+            one.sendall(text.encode())
+            return one
+        try:
+            yield bus, port, connect
+        finally:
+            bus.kill()
+            bus.communicate()
+
+
+def test_a_twin_that_has_not_begun_keeps_the_bus():
+    """One halted at its reset vector, as in `make debug`, or one that still loads, when the only other one ends."""
+    with bare_bus() as (bus, _, connect):
+        first, halted = connect("< node 2000 0 >"), connect()
+        watcher = connect("< twins >")
+        assert watcher.recv(256) == b"< twins 1 >"
+        first.close()
+        until(lambda: watcher.sendall(b"< twins >") or watcher.recv(256) == b"< twins 0 >", "the bus is still there, empty")
+        halted.sendall(b"< node 2000 0 >")
+        until(lambda: watcher.sendall(b"< twins >") or watcher.recv(256) == b"< twins 1 >", "it has begun")
+        halted.close()
+        until(lambda: bus.poll() == 0, "and was the last")

@@ -132,6 +132,23 @@ static void rates(void)
     }
 }
 
+static void needed(void)
+{
+    check_true("nobody needs an empty bus", !can_hub_is_needed(&hub));
+    int a = twin("< node 2000 0 >"), late = comes("< no");
+    can_hub_leave(&hub, a);
+    check_true("who has not said what he is may be a twin", can_hub_is_needed(&hub));
+    says(late, "de 2000 0 >");
+    check_true("as this one is", can_hub_is_needed(&hub) && can_hub_twins(&hub) == 1);
+    can_hub_leave(&hub, late);
+    int p = comes("");
+    check_true("somebody new in its place, too", can_hub_is_needed(&hub));
+    says(p, "< twins >");
+    check_true("a program does not need it", !can_hub_is_needed(&hub));
+    can_hub_leave(&hub, p);
+    check_true("nor does who has left", !can_hub_is_needed(&hub));
+}
+
 static bool floods(int from, int count, const char *frame)
 {
     for (int n = 0; n < count; n++) {
@@ -176,6 +193,7 @@ int main(void)
     acknowledges();
     frames();
     rates();
+    needed();
     slow();
     room();
     return check_end();
