@@ -14,8 +14,8 @@ from .paths import build_dir, shown
 from .qemu import CAN_DESIGN
 
 HOST = "127.0.0.1"
-PATIENCE_S = 2.0  # with whoever listens at a port
-_opened = []      # buses: one begins to count its twins down when its standard input ends
+PATIENCE_S = 2.0     # with whoever listens at a port
+_opened = []         # buses: one begins to count its twins down when its standard input ends
 
 
 def can_chardev(place, build=None):
@@ -57,17 +57,27 @@ def _open(port, program):
                                         stderr=subprocess.DEVNULL, pass_fds=[listener.fileno()], start_new_session=True))
 
 
+def _told(bus):
+    """Up to the end of a command."""
+    said = b""
+    while not said.endswith(b">") and (more := bus.recv(256)):
+        said += more
+    return said
+
+
 def _refuse_where_no_twin_is(port):
     try:
         with socket.create_connection((HOST, port), PATIENCE_S) as bus:
             bus.settimeout(PATIENCE_S)
-            bus.sendall(b"< twins >")
-            said = b""
-            while said.count(b">") < 2 and (more := bus.recv(256)):
-                said += more
+            greeting, twins = _told(bus), b""
+            if greeting == b"< hi >":
+                bus.sendall(b"< twins >")
+                twins = _told(bus)
     except ConnectionRefusedError:
         raise LauncherError(f"CAN 'join:{port}': nobody listens there; CAN=tcp:{port} opens a bus") from None
-    except OSError as error:
-        said = str(error).encode()
-    if not re.fullmatch(rb"< hi >< twins \d+ >", said):
+    except OSError:
+        greeting = twins = b""
+    if greeting == b"< error full >":
+        raise LauncherError(f"CAN 'join:{port}': that bus has room for no further drive or program")
+    if not re.fullmatch(rb"< twins \d+ >", twins):
         raise LauncherError(f"CAN 'join:{port}': what listens there is no twin's bus")

@@ -22,6 +22,7 @@
 #define CAN_HUB_ENDS      64
 #define CAN_HUB_OUT_BYTES 262144u /* what is to be written to an end; frames beyond it are lost to that end */
 #define CAN_HUB_JOIN_MS   500
+#define CAN_HUB_FULL      "< error full >" /* in place of the greeting, to one more */
 
 struct can_end {
     bool used, spoke, twin, listens;

@@ -48,6 +48,7 @@ static void admit(void)
         (void)setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
         polled[FIRST_END + end].fd = fd;
     } else if (fd >= 0) {
+        (void)send(fd, CAN_HUB_FULL, strlen(CAN_HUB_FULL), MSG_DONTWAIT | MSG_NOSIGNAL);
         close(fd);
     }
 }

@@ -10,6 +10,7 @@ import time
 import tty
 
 import pytest
+from launcher.can_bus import can_chardev
 from launcher.paths import REPO, build_dir
 from tools.eds import eds
 
@@ -229,3 +230,12 @@ def test_a_twin_that_has_not_begun_keeps_the_bus():
         until(lambda: watcher.sendall(b"< twins >") or watcher.recv(256) == b"< twins 1 >", "it has begun")
         halted.close()
         until(lambda: bus.poll() == 0, "and was the last")
+
+
+def test_a_full_bus_says_so_and_has_room_again_later(folder):
+    with bare_bus() as (_, port, connect):
+        ends = [connect("< node 2000 0 >") for _ in range(64)]
+        connect(greeting=b"< error full >")
+        assert "has room for no further" in refused(folder, "console", f"join:{port}")
+        ends[7].close()
+        can_chardev(f"join:{port}")
