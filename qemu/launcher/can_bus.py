@@ -15,6 +15,7 @@ from .qemu import CAN_DESIGN
 
 HOST = "127.0.0.1"
 PATIENCE_S = 2.0     # with whoever listens at a port
+LONGEST_BYTES = 256  # of what a bus answers
 _opened = []         # buses: one begins to count its twins down when its standard input ends
 
 
@@ -58,9 +59,9 @@ def _open(port, program):
 
 
 def _told(bus):
-    """Up to the end of a command."""
+    """Up to the end of a command, or so much that it is none."""
     said = b""
-    while not said.endswith(b">") and (more := bus.recv(256)):
+    while not said.endswith(b">") and len(said) <= LONGEST_BYTES and (more := bus.recv(256)):
         said += more
     return said
 

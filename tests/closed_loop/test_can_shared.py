@@ -6,6 +6,7 @@ import re
 import socket
 import subprocess
 import sys
+import threading
 import time
 import tty
 
@@ -239,3 +240,14 @@ def test_a_full_bus_says_so_and_has_room_again_later(folder):
         assert "has room for no further" in refused(folder, "console", f"join:{port}")
         ends[7].close()
         can_chardev(f"join:{port}")
+
+
+def test_a_stranger_that_talks_without_an_end_is_no_bus(folder):
+    with socket.create_server(("127.0.0.1", 0)) as stranger:
+        def talk():
+            with stranger.accept()[0] as one, contextlib.suppress(OSError):
+                while True:
+                    one.sendall(b"x" * 64)
+                    time.sleep(0.05)
+        threading.Thread(target=talk, daemon=True).start()
+        assert "no twin's bus" in refused(folder, "console", f"join:{stranger.getsockname()[1]}")
