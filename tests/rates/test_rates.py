@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Another PWM rate, dead time or clock works, or does not compile and says why."""
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -97,10 +98,10 @@ def test_a_board_with_another_clock_does_not_compile_until_the_assembly_knows(tm
         shutil.copytree(folder, tmp_path / folder)
     board, offsets = tmp_path / "drivers" / "board.h", tmp_path / "drivers" / "fabric" / "offsets.h"
     source = tmp_path / "drivers" / "fabric" / "offsets.c"
-    board.write_text(board.read_text().replace("BOARD_FABRIC_HZ    100000000u", "BOARD_FABRIC_HZ    80000000u"))
+    board.write_text(re.sub(r"(?<=BOARD_FABRIC_HZ)( +)100000000u", r"\g<1>80000000u", board.read_text()))
     good, said = compiled(source, root=tmp_path)
     assert not good and "another clock" in said
-    offsets.write_text(offsets.read_text().replace("FABRIC_HZ   100000000", "FABRIC_HZ   80000000"))
+    offsets.write_text(re.sub(r"(?<=FABRIC_HZ)( +)100000000", r"\g<1>80000000", offsets.read_text()))
     assert compiled(source, root=tmp_path) == (True, "")
     assert compiled(tmp_path / "firmware" / "control" / "current_loop.c", root=tmp_path) == (True, "")
 

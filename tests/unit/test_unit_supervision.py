@@ -194,7 +194,7 @@ def test_counts_that_go_one_by_one_are_found_by_the_emf(motor):
 
     ms = m.until_fault(400, lose)
     lost_deg = 0.36 * ms
-    assert m.fault == "ENCODER_SLIP" and 15 < lost_deg < 35
+    assert m.fault == "ENCODER_SLIP" and 12 < lost_deg < 35
     assert abs(m.axis.faults.detail[0] - lost_deg) < 6
 
 
