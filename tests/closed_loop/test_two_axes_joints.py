@@ -12,7 +12,8 @@ FIRST, SECOND = "teknic_m2310p", "maxon_ec22"
 STEADY_S = 1.6  # from here on axis 2 turns
 ENDS_S = 3.0
 LATER_NS = 400  # by critical sections of the other's: some 40 cycles, and a bus access that ends first
-DIFFERENT = 10  # interrupts of 28 000 that end together with the other's: the core goes from one into the other
+DIFFERENT = 1 / 200  # share of interrupts that begin as another ends, in the one run or the other: the core goes from one
+CHAINED = 27         # into the next, and saves 9 cycles each time. A few cycles of a slow loop decide whether one in 4 ms does
 
 
 def line(t_s, text):
@@ -54,7 +55,8 @@ def of_second(result, steady_s=STEADY_S):
 def check_untouched(result, alone, steady_s=STEADY_S):
     seen, count = of_second(result, steady_s), len(alone["cycles"])
     assert len(seen["cycles"]) == count, "no sample more or less"
-    assert np.count_nonzero(seen["cycles"] != alone["cycles"]) <= DIFFERENT * count / 28000
+    differ = np.abs(seen["cycles"] - alone["cycles"])
+    assert np.count_nonzero(differ) <= DIFFERENT * count and differ.max() <= CHAINED
     assert seen["cycles"].max() == alone["cycles"].max() and (seen["start_ns"] - alone["start_ns"]).max() <= LATER_NS
     turning = result.second.trace.between(steady_s, result.second.scenario.end_s)
     assert turning["gate_live"].all() and not result.second.trace["fault"].any()
