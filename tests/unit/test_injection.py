@@ -423,6 +423,22 @@ def test_a_rotor_that_is_let_go_in_the_middle_of_a_push_is_not_taken_for_its_opp
     assert result == c.INJECTION_POLARITY or abs(bench.error_deg()) < 3
 
 
+def test_a_rotor_that_drifts_is_not_pushed_for_longer_once_it_goes_far(c):
+    """Else it might turn by more than half a turn in a window, and that looks like less."""
+    bench, result, seen = Bench(c, THOR, 20, noise_lsb=16, free=True), c.INJECTION_RUNNING, []
+    bench.p["inertia_gmm2"] *= 40
+    search = bench.axis.injection
+    while result == c.INJECTION_RUNNING:
+        before = search.searches, search.push_ms
+        bench.w = 40.0 if search.push_ms else bench.w  # 60 degrees in a window of 26 ms
+        bench.milliseconds()
+        result = c.injection_start_step(bench.axis)
+        if search.searches != before[0]:
+            seen.append((before[1], max(abs(way) for way in search.pushed_q32) / 2**32 * 360))
+    assert result == c.INJECTION_POLARITY and len(seen) == 16 and min(far for _, far in seen) > 45
+    assert {push_ms for push_ms, _ in seen} == {1}
+
+
 @pytest.mark.parametrize("angle", (10, 190))
 def test_north_is_where_the_iron_softens(c, angle):
     bench = Bench(c, THOR, angle, soft=SOFT)
