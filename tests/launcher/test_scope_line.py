@@ -231,6 +231,16 @@ def test_a_stop_is_sent_to_a_drive_that_does_not_answer(tmp_path):
     play(tmp_path, scene)
 
 
+def test_the_last_that_a_page_sent_before_it_was_closed_is_done(tmp_path):
+    async def scene(drive, session, messages):
+        await until(lambda: "status" in kinds(messages))
+        session.leave("page")
+        await session.take("page", {"kind": "stop"})
+        assert "quickstop" in drive.heard
+
+    play(tmp_path, scene)
+
+
 def test_the_end_waits_for_an_answer_that_is_due_and_takes_it_for_no_others(tmp_path, monkeypatch):
     monkeypatch.setattr("scope.session.STOP_S", 0.1)
     got = []
