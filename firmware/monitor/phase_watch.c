@@ -8,7 +8,8 @@
 #define LEAST_SHIFT       4 /* a sixteenth of i_max */
 #define ALL_SHIFT         4 /* weight when no phase carries what is asked */
 #define CARRIED_SHIFT     2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
-#define CLAMPED_BUS_SHIFT 4 /* of the bus: three times what 1 us of dead time at 20 kHz hides, either way */
+#define CLAMPED_BUS_SHIFT 4 /* of the bus: three times what 1 us of dead time at 20 kHz hides, either way; */
+#define HELD_BUS_SHIFT    5 /* of a voltage that is held, and does not grow where a phase is open: half of it */
 #define SUSPECT           2 /* of the smallest terms: a phase that may be the cause of something else */
 
 /* Which: 1, 2, 3; 0 if more than one. */
@@ -91,7 +92,7 @@ static bool is_held(const struct axis *a)
  */
 static void leave_out_clamped(const struct axis *a, const cossin_t *cs, abc_t *asked)
 {
-    const int32_t hidden_q15 = a->loop.vbus_q15 >> CLAMPED_BUS_SHIFT;
+    const int32_t hidden_q15 = a->loop.vbus_q15 >> (is_held(a) ? HELD_BUS_SHIFT : CLAMPED_BUS_SHIFT);
     int32_t v_d_q15 = a->loop.v_d_q15;
     int32_t v_q_q15 = a->loop.v_q_q15;
     advance_q15(&v_d_q15, &v_q_q15, -a->loop.v_turn_q15);
@@ -114,7 +115,7 @@ void phase_watch_step(struct axis *a)
     abc_t asked = phases_of(p->i_d_ref_q15, p->i_q_ref_q15, &cs);
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const int32_t least_q15 = least_that_tells(p, &asked);
-    if (a->state == AXIS_SWITCHED_ON && !is_held(a)) {
+    if (a->state == AXIS_SWITCHED_ON) {
         leave_out_clamped(a, &cs, &asked);
     }
     const enum phase_look of_a = look_at(asked.a, measured.a, least_q15);
