@@ -13,6 +13,9 @@
 #define PULSES_EACH 4u
 #define LEAST_Q15   24 /* one and a half of the ADC's steps, of the mean of many */
 #define RATED_PART  12
+/* Near what dead time takes, small inductances look as if they were salient: thrice that, or a third of the rated current. */
+#define BEYOND_STEPS (CONFIG_DEAD_COUNTS * 3 / 2 << CONFIG_V_SHIFT)
+#define BEYOND_PART  3
 
 #define HOLD_HZ   100 /* crossover, and by how much the loop's zero lies below it */
 #define HOLD_ZERO 4
@@ -41,6 +44,13 @@ static bool rough_grow(struct burst *b)
     return longer;
 }
 
+static bool is_enough(const struct identify *d, const struct burst *b)
+{
+    const int32_t peak_q15 = burst_peak_q15(b);
+    return peak_q15 * BEYOND_PART >= d->i_rated_q15 ||
+           (peak_q15 * RATED_PART >= d->i_rated_q15 && b->v_steps >= BEYOND_STEPS);
+}
+
 bool identify_measure_pulses(struct identify *d, const struct measure_io *io)
 {
     struct identify_pulses *const m = &d->work.pulses;
@@ -52,7 +62,7 @@ bool identify_measure_pulses(struct identify *d, const struct measure_io *io)
     const uint32_t phase = m->count % 3u;
     current_loop_field(io->loop, phase * THIRD_Q32, 0);
     identify_play(d, io, phase * THIRD_Q32, phase * THIRD_Q32);
-    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && rough_grow(b)) {
+    if (m->count == 0u && !is_enough(d, b) && rough_grow(b)) {
         return false;
     }
     burst_add(&m->sums[phase], b, io->loop->vbus_q15);

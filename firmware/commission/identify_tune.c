@@ -6,7 +6,9 @@
 #define FLUX_HZ          400 /* at which the bus voltage would be induced */
 #define INERTIA_PART     700 /* gmm2 by uWb times mA */
 #define INERTIA_MOST     2100000000
-#define INDUCTANCE_PARTS 15 /* tuning's format: w_base L below so many v_range / i_range */
+#define INDUCTANCE_PARTS 63 /* tuning.h: w_base L below 64 v_range / i_range */
+#define RELUCTANT_PARTS \
+    15 /* the large one, known without current, falls several times with it: loops would be too fast */
 
 /* While the rotor turns. */
 #define TURNING_HZ       300
@@ -16,7 +18,8 @@
 static bool compute(struct identify *d, int32_t hz, struct tuning *t)
 {
     struct params *const p = &d->params;
-    const int64_t largest_uh = scale(p->v_range_mv, INDUCTANCE_PARTS * 1000000LL, 7854LL * p->i_range_ma);
+    const int64_t parts = d->reluctant ? RELUCTANT_PARTS : INDUCTANCE_PARTS;
+    const int64_t largest_uh = scale(p->v_range_mv, parts * 1000000LL, 7854LL * p->i_range_ma);
     p->current_bw_hz = hz;
     p->ld_uh = identify_within(p->ld_uh, largest_uh);
     p->lq_uh = identify_within(p->lq_uh, largest_uh);
