@@ -55,6 +55,9 @@ int32_t burst_sign(const struct burst *b, int32_t k);
  */
 void burst_play(struct burst *b, volatile struct current_loop *c, const struct adc_regs *adc);
 
+/* Lowers the wave so that, on top of the voltages held now, nothing limits it: a clipped one is not what it is taken for. */
+void burst_fit(struct burst *b, const volatile struct current_loop *c);
+
 /* The largest excursion of the current along the wave. Slow loop. */
 int32_t burst_peak_q15(const struct burst *b);
 

@@ -69,6 +69,9 @@ bool identify_measure_axes(struct identify *d, const struct measure_io *io)
         return false;
     }
     struct burst_sums s = {0};
+    if (m->bursts == 0u) {
+        burst_fit(b, io->loop);
+    }
     identify_play(d, io, PULLED_Q32, m->bursts / BURSTS_ANGLE * STEP_Q32);
     if (m->bursts + d->phase == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
         b->v_steps /= 2; /* dead time acted against the first pulses */

@@ -122,6 +122,10 @@ static void play(struct identify *d, struct identify_map_point *p, uint32_t half
     const uint32_t field_q32 = current_loop_angle_q32(c);
     d->burst.turn_q32 = c->pll.speed_q32;
     d->burst.v_steps = p->v_steps;
+    if (p->bursts[0] + p->bursts[1] == 0u) {
+        burst_fit(&d->burst, c);
+        p->v_steps = d->burst.v_steps;
+    }
     identify_play(d, io, field_q32, field_q32 + axis * QUARTER_Q32);
     burst_add(&p->sums[axis][half], &d->burst, c->vbus_q15);
     p->bursts[half]++;

@@ -12,6 +12,7 @@ R_OHM, FLUX_WB, PAIRS = 0.2, 30e-3, 2
 LDD, LQQ, LDQ = 500e-6, 1200e-6, 150e-6
 RATED_A = RATED_MA / 1000
 WAVE, HALF = 2000, 16  # height; waves with i_q to one side
+MOST_STEPS = 16384    # LOOP_V_D_MAX_STEPS
 
 
 def accelerated(c, d, rpm_ms):
@@ -325,6 +326,20 @@ def test_map_waves_wait_until_the_current_lies_near_to_a_phase(c, begun, rippled
         away = abs((degrees + 30) % 60 - 30)
         if abs(away - near_deg) > 6:  # a little current across holds the speed
             assert (p.bursts[0] + p.bursts[1] > 0) == (away <= near_deg), degrees
+
+
+@pytest.mark.parametrize("held, fits", ((0, WAVE), (MOST_STEPS - WAVE, WAVE), (MOST_STEPS - WAVE // 3, WAVE // 3),
+                                        (MOST_STEPS, 1)))
+def test_map_waves_leave_room_for_the_voltage_that_holds_the_current(c, begun, held, fits):
+    """A wave that the limit of v_d clips was taken for a whole one: L_d came out 16 % too large (lot 112)."""
+    rotor = Swinging(c, begun, 0.4)
+    rotor.play("ALONG", 350)
+    p, begun.phase, begun.phase_ms = begun.work.map.at[0], 0, 100
+    p.v_steps, p.bursts[0], p.bursts[1] = WAVE, 0, 0
+    rotor.loop.angle_offset_q32, rotor.speed.integral_q29 = 0, 0
+    rotor.loop.integral_d_q9, rotor.loop.integral_q_q9 = held // 2 * 512, (held - held // 2) * 512
+    c.identify_measure(begun, rotor.io)
+    assert p.bursts[0] + p.bursts[1] > 0 and p.v_steps == begun.burst.v_steps == fits
 
 
 @pytest.mark.parametrize("ripple_q10, level, hidden", ((0, 1, False), (1500, 1, True), (1500, 3, False)))
