@@ -91,7 +91,8 @@ struct identify_turn {
     int32_t way[2];            /* counts from one turn of the field, forward and back */
     uint32_t field_q32[2];     /* its mean angle */
     int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
-    bool uneven;
+    bool uneven, unsteady;     /* does not follow; or not well */
+    bool slowly;               /* the second time */
 };
 
 struct identify_push {

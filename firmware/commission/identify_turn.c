@@ -22,7 +22,9 @@
 #define LEAST_COUNTS   4
 #define QUARTER_Q32    (1 << 30)
 #define APART_ONE_IN   10
-#define EVEN_PART      3
+#define EVEN_PART      3 /* of a third's way, by which another may differ; */
+#define STEADY_PART    8 /* by more than this, it is done again, */
+#define SLOWER         3 /* so many times as slowly */
 
 /* The stand-in machine: the most that the counter and the format of the largest speed have room for. */
 #define STAND_IN_PAIRS 50
@@ -33,19 +35,31 @@
 
 static void begin_pass(const struct identify *d, struct field_pass *p)
 {
-    const int32_t step_q32 = (int32_t)(UINT32_MAX / TURN_MS);
-    field_pass_start(p, d->phase == 0u ? step_q32 : -step_q32, d->reluctant ? SOFT_RAMP_MS : RAMP_MS, TURN_MS);
+    const uint32_t times = d->work.turn.slowly ? SLOWER : 1u;
+    const int32_t step_q32 = (int32_t)(UINT32_MAX / (TURN_MS * times));
+    const uint32_t ramp_ms = d->reluctant ? SOFT_RAMP_MS : RAMP_MS;
+    field_pass_start(p, d->phase == 0u ? step_q32 : -step_q32, ramp_ms * times, TURN_MS * times);
 }
 
 static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
 {
     const struct field_pass *const p = &m->field;
-    const int32_t n = (int32_t)TURN_MS;
+    const int32_t n = (int32_t)p->measure_ms;
     const int32_t sum = p->sum_counts[0] + p->sum_counts[1] + p->sum_counts[2];
     m->way[pass] = field_pass_counts_q4(p) / 16;
     m->uneven = m->uneven || !field_pass_even(p, EVEN_PART);
+    m->unsteady = m->unsteady || !field_pass_even(p, STEADY_PART);
     m->field_q32[pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
     m->mean_counts_q8[pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;
+}
+
+/* A rotor that swings nearly as slowly as the field turns does not follow it: then the field turns more slowly. */
+static bool again(struct identify_turn *m)
+{
+    const bool slower = m->unsteady && !m->slowly;
+    m->slowly = m->slowly || slower;
+    m->uneven = m->uneven && !slower;
+    return slower;
 }
 
 /* One phase forward, one back. */
@@ -67,7 +81,7 @@ bool identify_measure_turn(struct identify *d, const struct measure_io *io)
         return false;
     }
     identify_turn_keep_pass(m, d->phase);
-    identify_enter(d, d->phase + 1u);
+    identify_enter(d, d->phase == 1u && again(m) ? 0u : d->phase + 1u);
     begin_pass(d, &m->field);
     return d->phase == 2u;
 }
