@@ -4,7 +4,7 @@
 #include "firmware/settings/config.h"
 
 #define ONE_Q30       (1LL << 30)
-#define LEAST_SAMPLES 8
+#define LEAST_SAMPLES 6
 
 int32_t identify_within(int64_t value, int64_t most)
 {
@@ -113,6 +113,22 @@ int64_t identify_slope_mrad_s2(const struct measure_run *r)
     return identify_scaled(slope_q24, TWO_PI_E9 * CONFIG_SLOW_HZ, 60000000LL << 24);
 }
 
+/* A swing of height A during a run shifts its slope by up to 4 A over what the speed has grown by; A is rms times sqrt(2). */
+#define BENDS_E3 5657
+
+int64_t identify_bent_permille(const struct measure_run *r)
+{
+    const int64_t n = r->count;
+    const int64_t above_q9 = identify_size(2 * r->tx - (n - 1) * r->x);
+    const int64_t grown_q9 = scale(above_q9, 6, n * (n + 1));
+    if (n < LEAST_SAMPLES || grown_q9 == 0) {
+        return 1000;
+    }
+    const int64_t straight_q18 = scale(above_q9, grown_q9, 2 * (n - 1));
+    const int64_t rest_q18 = r->xx - identify_scaled(r->x, r->x, n) - straight_q18;
+    return scale(identify_root(rest_q18 < 0 ? 0 : rest_q18 / n), BENDS_E3, grown_q9);
+}
+
 /* Regression with a separate intercept per run: resistance and dead time do not change while one current flows. */
 int64_t identify_flux_of_runs(const struct identify *d, const struct measure_run *const runs[], int32_t count)
 {
@@ -136,7 +152,7 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
                               const struct measure_run *b)
 {
     const int64_t apart_mrad_s2 = identify_slope_mrad_s2(a) - identify_slope_mrad_s2(b);
-    if (apart_mrad_s2 == 0 || a->count == 0 || b->count == 0) {
+    if (apart_mrad_s2 == 0 || a->count < LEAST_SAMPLES || b->count < LEAST_SAMPLES) {
         return 0;
     }
     const int64_t apart_ua = identify_ua(d, a->i, a->count) - identify_ua(d, b->i, b->count);

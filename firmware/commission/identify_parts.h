@@ -115,7 +115,10 @@ int64_t identify_change_na(const struct identify *d, int64_t change_256ths);
 int64_t identify_slope_mrad_s2(const struct measure_run *r);
 int64_t identify_flux_of_runs(const struct identify *d, const struct measure_run *const runs[], int32_t count);
 
-/* Inertia from accelerations by two currents, gmm2; 0: they do not differ. */
+/* By how much that slope may be off, as the speed did not grow along a straight line: a coupling swings, friction changes. */
+int64_t identify_bent_permille(const struct measure_run *r);
+
+/* Inertia from accelerations by two currents, gmm2; 0: they do not differ, or a run has too few samples. */
 int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, const struct measure_run *a,
                               const struct measure_run *b);
 

@@ -7,12 +7,14 @@
 #include "firmware/commission/identify_parts.h"
 
 #define PATIENCE_MS  5000u
-#define SLOW_TENTHS  3 /* of the largest speed: between these two a run is taken */
+#define SLOW_TENTHS  2 /* of the largest speed: between these two a run is taken */
 #define FAST_TENTHS  9
 #define FEW_RAMPS    4 /* of a reluctant machine, whose ramps are long */
 #define PAIRS_MOST   (IDENTIFY_RAMPS - 1)
 #define LEAD_MS      300u
 #define LEAST_E1_UWB 100
+
+#define FRAME_MRAD 60 /* 3.4 degrees */
 
 /* Of the flux, at rated current: machines of the bench lose 2 to 4 % at 1.5 times that. */
 #define SATURATION_PERMILLE 50
@@ -71,23 +73,37 @@ bool identify_measure_ramps(struct identify *d, const struct measure_io *io)
 
 /* ---- evaluation ---- */
 
-/* Of all ramps one way, slowing down or gaining speed. */
-static int64_t flux_e1_uwb(const struct identify *d, int32_t way, const struct measure_run of[IDENTIFY_RAMPS])
+/*
+ * Of a ramp: slowing down and gaining speed, one current flows, so resistance and dead time are one intercept. Speeds of both
+ * signs are a lever three times as long as those of one.
+ */
+static int64_t flux_e1_uwb(const struct identify *d, const struct measure_run *slows, const struct measure_run *gains)
 {
-    const struct measure_run *runs[IDENTIFY_RAMPS];
-    int32_t count = 0;
-    for (int32_t k = way; k < (int32_t)ramps(d); k += 2) {
-        runs[count++] = &of[k];
-    }
-    return identify_flux_of_runs(d, runs, count);
+    const struct measure_run whole = {.count = slows->count + gains->count,
+                                      .v = slows->v + gains->v,
+                                      .x = slows->x + gains->x,
+                                      .xx = slows->xx + gains->xx,
+                                      .xv = slows->xv + gains->xv};
+    const struct measure_run *const run = &whole;
+    return identify_flux_of_runs(d, &run, 1);
+}
+
+/* In a frame that is off, the current across makes some flux along: nH by mrad by uA, 1e-18 Wb. */
+static int64_t salient_e1_uwb(const struct identify *d)
+{
+    const int64_t difference_nh = identify_size(d->results[IDENTIFY_LQ].value - d->results[IDENTIFY_LD].value);
+    return scale(difference_nh * FRAME_MRAD, identify_ua(d, d->ramp_i_q15, 1), 100000000000LL);
 }
 
 static enum identify_reason ramps_know_flux(struct identify *d)
 {
     const struct identify_ramps *const m = &d->work.ramps;
-    const int64_t of[] = {flux_e1_uwb(d, 0, m->slows), flux_e1_uwb(d, 0, m->gains), flux_e1_uwb(d, 1, m->slows),
-                          flux_e1_uwb(d, 1, m->gains)};
-    const struct identify_spread flux = identify_spread(of, sizeof of / sizeof of[0]);
+    const uint32_t first = d->reluctant ? 0u : 1u; /* the very first begins at rest, if it is not led */
+    int64_t of[IDENTIFY_RAMPS];
+    for (uint32_t k = first; k < ramps(d); k++) {
+        of[k] = flux_e1_uwb(d, &m->slows[k], &m->gains[k]);
+    }
+    const struct identify_spread flux = identify_spread(of + first, (int32_t)(ramps(d) - first));
     if (flux.mean < LEAST_E1_UWB || identify_scatters(&flux)) {
         return flux.mean < LEAST_E1_UWB ? IDENTIFY_TOO_SLOW : IDENTIFY_SCATTER;
     }
@@ -95,19 +111,24 @@ static enum identify_reason ramps_know_flux(struct identify *d)
     /* what saturation takes of it grows with the square of the current across */
     const int64_t squared = scale((int64_t)d->ramp_i_q15 * d->ramp_i_q15, SATURATION_PERMILLE * 1000LL,
                                   (int64_t)d->i_rated_q15 * d->i_rated_q15);
-    identify_know(d, IDENTIFY_FLUX, flux.mean,
-                  identify_interval(flux.deviation, identify_permille(flux.mean, IDENTIFY_BUS_GAIN_PERMILLE),
-                                    scale(flux.mean, squared, 1000000)));
+    const int64_t gain_e1_uwb = identify_permille(flux.mean, IDENTIFY_BUS_GAIN_PERMILLE);
+    const int64_t iron_e1_uwb = scale(flux.mean, squared, 1000000) + salient_e1_uwb(d);
+    identify_know(d, IDENTIFY_FLUX, flux.mean, identify_interval(flux.deviation, gain_e1_uwb, iron_e1_uwb));
     return IDENTIFY_NO_REASON;
 }
 
 static void know_inertia(struct identify *d)
 {
     const struct identify_ramps *const m = &d->work.ramps;
-    int64_t of[PAIRS_MOST];
+    int64_t of[PAIRS_MOST], bent_permille = 0;
     const int32_t pairs = (int32_t)ramps(d) - 1;
     for (int32_t k = 0; k < pairs; k++) {
+        bent_permille += identify_bent_permille(&m->gains[k]) + identify_bent_permille(&m->slows[k + 1]);
         of[k] = identify_inertia_gmm2(d, d->flux_e1_uwb, &m->gains[k], &m->slows[k + 1]);
+        if (of[k] == 0) {
+            identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_INERTIA, IDENTIFY_TOO_LIGHT);
+            return;
+        }
     }
     const struct identify_spread inertia = identify_spread(of, pairs);
     if (inertia.mean < 1 || identify_scatters(&inertia)) {
@@ -116,7 +137,15 @@ static void know_inertia(struct identify *d)
     }
     const int64_t gain = identify_permille(inertia.mean, IDENTIFY_CURRENT_GAIN_PERMILLE);
     const int64_t flux = scale(inertia.mean, d->results[IDENTIFY_FLUX].interval, d->flux_e1_uwb);
-    identify_know(d, IDENTIFY_INERTIA, inertia.mean, identify_interval(inertia.deviation, gain, flux));
+    const int64_t late = inertia.mean / m->slows[1].count; /* the current reverses within a millisecond */
+    const int64_t bent = scale(inertia.mean, bent_permille, 2000LL * pairs);
+    const int64_t others = identify_root(gain * gain + late * late + bent * bent);
+    const int64_t interval = identify_interval(inertia.deviation, others, flux);
+    if (2 * interval > inertia.mean) {
+        identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_INERTIA, IDENTIFY_SWINGS);
+    } else {
+        identify_know(d, IDENTIFY_INERTIA, inertia.mean, interval);
+    }
     d->params.inertia_gmm2 = (int32_t)inertia.mean;
 }
 

@@ -84,6 +84,7 @@ enum identify_needs {
     REASON(TOO_SLOW, "what the magnets induce is too little at the speeds that are allowed: speed_max_rpm") \
     REASON(UNRESOLVED, "it is too small for the sensors at the speeds that are allowed: speed_max_rpm") \
     REASON(TOO_LIGHT, "this current turns the rotor too quickly to be measured meanwhile, or something holds it back") \
+    REASON(SWINGS, "the speed swings as it grows: an elastic coupling, or a load that changes") \
     REASON(RIPPLED, "ripple and dead time hide it beside so small a current") /* phase currents change sign within a period */ \
     REASON(NOT_SALIENT, "no current in d, or little, makes most torque: the magnets make nearly all of it")
 /* clang-format on */

@@ -2,12 +2,13 @@
 """The part of identify that turns the motor: its arithmetic against exact rationals and a motor that is made up."""
 import ctypes
 import math
+import random
 import statistics
 from fractions import Fraction
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, reason, result_of, thought
+from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, measuring, reason, result_of, thought
 
 PAIRS, COUNTS, FLUX_WB, J_KGM2 = 8, 8192, 2.85e-3, 77e-6
 R_OHM, LQ_H = 0.35, 143e-6
@@ -81,7 +82,7 @@ def test_slope_of_speed_is_the_least_squares_one(c, n, slope):
     run = fill(c.measure_run(), [(0, 0, x) for x in xs])
     exact = least_squares(range(n), xs) / 512 * Fraction(2 * math.pi) / 60 * 10**6
     assert c.identify_slope_mrad_s2(run) == pytest.approx(float(exact), rel=1e-6, abs=1)
-    run.count = 7
+    run.count = 5
     assert c.identify_slope_mrad_s2(run) == 0, "too few to tell"
 
 
@@ -146,6 +147,32 @@ def test_what_does_not_follow_is_refused(c, begun, forth, back, even):
     assert begun.step == c.IDENTIFY_STEP_DONE and known(c, begun, "LD")
 
 
+@pytest.mark.parametrize("swing, again, follows", ((0.0, False, True), (0.5, True, True), (5.0, True, False)))
+def test_a_rotor_that_swings_on_the_field_is_led_more_slowly(c, begun, swing, again, follows):
+    """It swings by a share of a radian in 1.4 s about the field, by less the more slowly that turns, or whatever is done."""
+    io, field, before, ms = measuring(c, begun, "TURN"), 0, None, 0
+    c.current_loop_init(io.loop)
+    for ms in range(1, 20000):
+        if c.identify_measure(begun, io):
+            break
+        now = begun.work.turn.field.field_q32
+        field += 0 if before is None else (now - before + 2**31) % 2**32 - 2**31
+        before = now
+        slower = 3 if begun.work.turn.slowly and follows else 1
+        begun.counts = round(4000 * (field / 2**32 + swing / slower**2 * math.sin(ms / 1400 * math.tau) / math.tau))
+    turn = begun.work.turn
+    assert turn.slowly == again and turn.uneven != follows
+    assert ms == pytest.approx(450 + 2 * 1400 * (4 if again else 1), abs=20)
+    assert not follows or [way / 4000 for way in turn.way] == pytest.approx([1, -1], abs=0.03)
+
+
+@pytest.mark.parametrize("reluctant, lq_uh", ((False, 10000), (True, 4660)))
+def test_loops_know_all_of_an_inductance_unless_it_falls_with_the_current(c, begun, reluctant, lq_uh):
+    begun.reluctant, result_of(c, begun, "LQ").value = reluctant, 10_000_000
+    turned(c, begun, 1000, -1000, 0)
+    assert begun.params.lq_uh == pytest.approx(lq_uh, rel=1e-3)
+
+
 # ---- from index to index ----
 
 def indexed(c, d, pole_pairs, counts, per_turn=None, seen=2):
@@ -190,15 +217,20 @@ def friction_nm(w, coulomb, viscous, load):
     return math.copysign(coulomb, w) + viscous * w + load
 
 
-def ramp(c, d, friction, i_a=1.2, most=100.0):
-    """All ramps of a motor that is made up, a millisecond each sample."""
-    w, kt = 0.0, 1.5 * PAIRS * FLUX_WB
+NO_FRICTION = dict(coulomb=0.0, viscous=0.0, load=0.0)
+
+
+def ramp(c, d, friction, i_a=1.2, most=100.0, swing=0.0, noise_v=0.0):
+    """All ramps of a motor that is made up, a millisecond each sample. swing: the speed's, rad/s, in 60 ms."""
+    w, kt, rng = 0.0, 1.5 * PAIRS * FLUX_WB, random.Random(1)
     d.phase, d.ramp_i_q15 = 5, amps(i_a)
     for k in range(5):
         sign, slows, gains = (1 if k % 2 == 0 else -1), [], []
-        for _ in range(4000):
+        for ms in range(4000):
             w += (kt * sign * i_a - friction_nm(w, **friction)) / J_KGM2 * 1e-3
-            sample = (amps(sign * i_a), volts(FLUX_WB * PAIRS * w + R_OHM * sign * i_a), rpm_q9(w))
+            seen = w + swing * math.sin(ms / 60 * math.tau)
+            v = FLUX_WB * PAIRS * w + R_OHM * sign * i_a + rng.gauss(0, noise_v)
+            sample = (amps(sign * i_a), volts(v), rpm_q9(seen))
             x = sign * w / most
             (gains if 0.3 < x < 0.9 else slows if -0.9 < x < -0.3 else []).append(sample)
             if x >= 1:
@@ -208,7 +240,7 @@ def ramp(c, d, friction, i_a=1.2, most=100.0):
     return thought(c, d, "RAMPS")
 
 
-@pytest.mark.parametrize("friction", [dict(coulomb=0.0, viscous=0.0, load=0.0), dict(coulomb=8e-3, viscous=5e-5, load=0.0),
+@pytest.mark.parametrize("friction", [NO_FRICTION, dict(coulomb=8e-3, viscous=5e-5, load=0.0),
                                       dict(coulomb=2e-3, viscous=0.0, load=6e-3)])
 def test_inertia_does_not_depend_on_friction_nor_load(c, motor, friction):
     ramp(c, motor, friction)
@@ -217,6 +249,35 @@ def test_inertia_does_not_depend_on_friction_nor_load(c, motor, friction):
     assert 0.01 * inertia < interval < 0.05 * inertia
     flux, interval = known(c, motor, "FLUX")
     assert flux == pytest.approx(FLUX_WB * 1e7, rel=1e-3) and interval > 0.007 * flux
+
+
+def test_one_current_and_both_signs_of_the_speed_tell_the_flux_despite_noise(c, motor):
+    """Of 0.2 V; told from each sign alone it would scatter by more than a tenth."""
+    ramp(c, motor, NO_FRICTION, noise_v=0.2)
+    flux, interval = known(c, motor, "FLUX")
+    assert abs(flux / 1e7 - FLUX_WB) * 1e7 < interval < 0.1 * flux
+
+
+def test_a_frame_that_is_off_and_saliency_are_in_the_interval_of_the_flux(c, motor):
+    result_of(c, motor, "LQ").value *= 2
+    ramp(c, motor, NO_FRICTION)
+    gain, iron, salient = 0.007 * FLUX_WB, 0.05 * (1.2 / RATED_MA * 1000)**2 * FLUX_WB, LQ_H * 1.2 * 0.06
+    assert known(c, motor, "FLUX")[1] / 1e7 == pytest.approx(2 * math.hypot(gain, iron + salient) / math.sqrt(3), rel=0.02)
+
+
+def test_a_rotor_that_is_too_light_for_its_ramps_has_no_inertia(c, motor):
+    ramp(c, motor, NO_FRICTION, most=4.0)
+    assert reason(c, motor, "INERTIA") == c.IDENTIFY_TOO_LIGHT and known(c, motor, "FLUX")
+
+
+@pytest.mark.parametrize("swing, is_known", ((2.0, True), (6.0, True), (12.0, False)))
+def test_a_speed_that_swings_as_it_grows_makes_inertia_uncertain(c, motor, swing, is_known):
+    ramp(c, motor, NO_FRICTION, swing=swing)
+    if is_known:
+        inertia, interval = known(c, motor, "INERTIA")
+        assert abs(inertia - J_KGM2 * 1e9) < interval < 0.5 * inertia
+    else:
+        assert reason(c, motor, "INERTIA") == c.IDENTIFY_SWINGS
 
 
 def test_ramps_that_were_not_reached_are_refused(c, motor):
