@@ -38,10 +38,18 @@ def test_a_start_at_the_right_angle_passes():
     assert verdict.figures["time to operation, s"] == pytest.approx(0.68)
 
 
-@pytest.mark.parametrize("offset", [3.1, -3.1, 90, 180])
+@pytest.mark.parametrize("offset", [3.2, -3.2, 90, 180])
 def test_a_wrong_angle_fails(offset):
     verdict = start(offset_deg=offset)
     assert not verdict.passed and verdict.outcome == "misaligned" and "degrees electrical standing" in verdict.why
+
+
+def test_a_standing_rotor_may_be_anywhere_within_a_count(monkeypatch):
+    monkeypatch.setitem(DRIVE.motor["encoder"], "counts_per_rev", 64)
+    within = 180 * POLE_PAIRS / 64
+    verdict = start(offset_deg=within + 2.9, speed_rpm=lambda t: 100.0 * (t > 0.9))
+    assert "turning" in verdict.why and "standing" not in verdict.why
+    assert "standing" in start(offset_deg=within + 3.1).why
 
 
 def test_an_angle_that_goes_wrong_while_turning_fails():
