@@ -20,7 +20,10 @@ WAY_SHARE = 0.016      # of speed_max, with which the field turns at most
 WAY_TURNS = 2.7        # for which it does, electrical
 WAY_PERIODS = 8        # of ON_PERIODS, if the way takes longer
 AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
-OBSERVER_POLES = 1.5  # of its tracking loop at most, in |w|: TRACK_LARGEST_Q8 of firmware/control/observer.c
+# of the observer's tracking loop, in |w|: a fifth of its margin, within these (firmware/control/observer.c); the margin without
+# current is the EMF by a 256th and a 64th of the bus (docs/sensorless.md)
+OBSERVER_POLES, OBSERVER_PART, HIDDEN_BUS = (0.3, 1.5), 5, 1 / 256 + 1 / 64
+OBSERVER_LEADS = 4.5  # the margin from which it does (OBSERVER_LEADS_Q8)
 HALL_MEAN_S = 0.02  # over which a speed by Hall switches is averaged at most: MEAN_CLOCKS of firmware/control/hall_speed.c
 FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
@@ -74,7 +77,7 @@ class Drive:
         if self.aligned:
             return ON_TIME_S
         told, true = (self._swing_s(inertia) for inertia in (self.params["inertia_gmm2"] * 1e-9, self.inertia_kgm2))
-        rest_s = REST_TIME_S + (AXES_TIME_S if self._reluctant else 0)
+        rest_s = REST_TIME_S + (AXES_TIME_S if self.is_reluctant else 0)
         way_hz = WAY_SHARE * self.params["speed_max_rpm"] / 60 * self.params["pole_pairs"]
         slow_s = max(WAY_TURNS / way_hz - WAY_PERIODS * told, 0)
         return rest_s + slow_s + ON_PERIODS * told + (AGAIN_PERIODS * true if told < 0.6 * true else 0)
@@ -105,13 +108,14 @@ class Drive:
         return flux / (lq - ld) if lq > ld else math.inf
 
     @property
-    def _reluctant(self):
+    def is_reluctant(self):
+        """Reluctance outweighs the magnets, by what the drive is told."""
         return self._param_a("i_max_ma") > 1.5 * self._turns_away_a
 
     @property
     def _holding_a(self):
         """What the rotor hangs on at the start: i_align, or that with which magnets alone would hold it as reluctance does."""
-        if not self._reluctant:
+        if not self.is_reluctant:
             return self._param_a("i_align_ma")
         current = min(3 * self._turns_away_a, self._param_a("i_max_ma"))
         share = self._turns_away_a / current
@@ -129,13 +133,30 @@ class Drive:
         count_deg = 360 * self.motor["electrical"]["pole_pairs"] / self.motor["encoder"]["counts_per_rev"]
         return {0: min(count_deg, 90.0), 1: 90.0, 2: 35.0}[int(self.motor["control"]["angle_source"])]
 
+    @property
+    def starts_by_field(self):
+        """With neither sensor nor injection, up to where the observer takes over."""
+        return self.motor["control"]["angle_source"] == 1 and not self.motor["control"]["injection_v"]
+
+    def is_led_by_field(self, turn_s):
+        """Whether it still is at this speed, without current: the EMF is too little to be seen."""
+        return self.starts_by_field and self._margin(turn_s) < OBSERVER_LEADS
+
+    def _margin(self, turn_s):
+        w = 2 * math.pi / turn_s * self.motor["electrical"]["pole_pairs"]
+        return w * self.motor["electrical"]["flux_wb"] / (HIDDEN_BUS * self.inverter["supply"]["vbus_v"])
+
     def heard_s(self, turn_s):
         """By how much speed is known late at the earliest: one and a half counts; with Hall switches, half a sector, and half
         of the electrical turn, or of 20 ms, over which their places average out; without a sensor, the lag of a tracking loop
-        whose poles lie at one and a half times the electrical speed."""
+        which is the slower the less EMF there is beside what dead time hides, or a swing on the field that leads."""
         electrical_s = turn_s / self.motor["electrical"]["pole_pairs"]
+        if self.is_led_by_field(turn_s):
+            return math.sqrt(self.inertia_kgm2 / self.motor["electrical"]["pole_pairs"] / self.torque_per_ampere
+                             / self._param_a("i_max_ma"))
+        poles = min(max(self._margin(turn_s) / OBSERVER_PART, OBSERVER_POLES[0]), OBSERVER_POLES[1])
         return {0: 1.5 * turn_s / self.motor["encoder"]["counts_per_rev"],
-                1: 2 / OBSERVER_POLES * electrical_s / (2 * math.pi),
+                1: 2 / poles * electrical_s / (2 * math.pi),
                 2: electrical_s / 12 + min(electrical_s, HALL_MEAN_S) / 2}[self.motor["control"]["angle_source"]]
 
     @property
@@ -182,14 +203,15 @@ class Drive:
                    rated speed with rated torque), accel_torque_Nm (what the ramp takes), load_accel_rad_s2 (rated torque /
                    inertia)
         losses     resistance_ohm, bus_energy_J (what brings the bus from vbus_V to v_max_V)
-        times      ramp_time_s (0 to work_rpm at the ramp), field_ramp_s (the same with a prescribed field),
+        times      ramp_time_s (0 to work_rpm at the ramp), field_ramp_s (the same with a prescribed field), rise_time_s
+                   (which of them it is: a field leads where there is neither sensor nor injection),
                    max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
                    work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
                    alignment, as planned: few starts take longer), settle_s (after a step or a ramp), steady_s (a window of
                    rest: a turn or more)
         sensor     sensed_deg (electrical, between what the sensor of the angle tells apart: a count; half a sector of Hall
                    switches and 5 degrees; 90 without either, where a field leads), sensed_share (its sine),
-                   heard_s (by how much speed is known late at work_rpm: see there)
+                   heard_s (by how much speed is known late at work_rpm: see there), led_share (1 if a field leads there, or 0)
         shaft      swing_s (1 / resonance in rad/s of the coupling, or 0: a load step falls on the load first, and comes back)
         units      rad_s_per_rpm
         """
@@ -197,6 +219,7 @@ class Drive:
         speeds = {name: max(1, round(share * control["speed_max_rpm"])) for name, share in SPEED_SHARES.items()}
         ramp, speed_tau_s, supply = control["ramp_rpm_s"], 1 / (2 * math.pi * control["speed_bw_hz"]), self.inverter["supply"]
         turn_time_s = 60 / speeds["work_rpm"]
+        field_ramp_s = speeds["work_rpm"] * RPM / min(ramp * RPM, self.field_accel_rad_s2)
         return {
             "rated_torque_Nm": rating["rated_torque_nm"], "rated_current_A": rating["rated_current_a"],
             "rated_speed_rpm": rating["rated_speed_rpm"], "pole_pairs": electrical["pole_pairs"],
@@ -215,7 +238,7 @@ class Drive:
             "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
             "load_accel_rad_s2": rating["rated_torque_nm"] / self.inertia_kgm2,
-            "field_ramp_s": speeds["work_rpm"] * RPM / min(ramp * RPM, self.field_accel_rad_s2),
+            "field_ramp_s": field_ramp_s, "rise_time_s": field_ramp_s if self.starts_by_field else speeds["work_rpm"] / ramp,
             "ramp_time_s": speeds["work_rpm"] / ramp, "max_ramp_time_s": control["speed_max_rpm"] / ramp,
             "turn_time_s": turn_time_s, "on_time_s": self.on_time_s,
             "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),
@@ -223,6 +246,7 @@ class Drive:
             "bus_energy_J": supply["bus_capacitance_f"] / 2 * (self._param_a("v_max_mv") ** 2 - supply["vbus_v"] ** 2),
             "sensed_deg": self.sensed_deg, "sensed_share": math.sin(math.radians(self.sensed_deg)),
             "heard_s": self.heard_s(turn_time_s), "swing_s": self.swing_s,
+            "led_share": float(self.is_led_by_field(turn_time_s)),
             "electrical_tau_s": electrical["lq_h"] / electrical["resistance_ohm"], "rad_s_per_rpm": RPM,
         }
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from launcher import LauncherError
 from launcher.cli import main
 from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor, read_toml
-from launcher.drive import HALL_MEAN_S, OBSERVER_POLES, load_drive, preamble, twin_items
+from launcher.drive import HALL_MEAN_S, OBSERVER_PART, OBSERVER_POLES, load_drive, preamble, twin_items
 from launcher.expression import evaluate, fill, number
 from launcher.paths import REPO
 from launcher.scenario import load_scenario
@@ -144,10 +144,11 @@ def test_any_damage_is_refused_in_one_line_or_harmless(at, length, text):
         file.flush()
         try:
             drive = load_drive(file.name, spread=1)
+            told = twin_items(drive), preamble(drive)
         except LauncherError as error:
             assert "\n" not in str(error) and str(error)
         else:
-            assert twin_items(drive) and preamble(drive)
+            assert all(told)
 
 
 # What docs/motors.md calls the smallest file.
@@ -312,10 +313,15 @@ def test_what_a_loop_can_be_held_to_knows_how_late_its_sensor_is(source, electri
     assert drive.motor["electrical"]["pole_pairs"] == 4
     assert drive.names()["heard_s"] == pytest.approx(electrical_turns * 60 / 1500 / 4)
     assert drive.names()["work_rpm"] == 1500
-    assert drive.heard_s(0.4) == pytest.approx(electrical_turns * 0.1 if source != 2 else 0.1 / 12 + 0.01)
+    assert drive.heard_s(0.04) == pytest.approx(electrical_turns * 0.01)
+    led_s = math.sqrt(drive.inertia_kgm2 / 4 / drive.torque_per_ampere / drive.names()["i_max_A"])
+    assert drive.heard_s(4) == pytest.approx({0: electrical_turns, 1: led_s, 2: 1 / 12 + 0.01}[source])
+    assert drive.is_led_by_field(4) == (source == 1) and not drive.is_led_by_field(0.04)
 
 
 def test_how_a_source_lags_is_what_the_firmware_has():
     observer, hall = ((REPO / f"firmware/control/{name}.c").read_text() for name in ("observer", "hall_speed"))
-    assert int(re.search(r"#define TRACK_LARGEST_Q8\s+(\d+)", observer)[1]) == OBSERVER_POLES * 256
+    of = {name: int(re.search(rf"#define {name}\s+(\d+)", observer)[1]) / 256
+          for name in ("TRACK_LEAST_Q8", "TRACK_LARGEST_Q8", "TRACK_BY_MARGIN")}
+    assert tuple(of.values()) == pytest.approx((*OBSERVER_POLES, 1 / OBSERVER_PART), rel=0.01)
     assert int(re.search(r"#define MEAN_CLOCKS\s+\((\d+)u \* \(BOARD_FABRIC_HZ / 1000u\)\)", hall)[1]) == HALL_MEAN_S * 1000
