@@ -18,6 +18,7 @@ from .refusals import refusals
 
 NAME = "sensorless"
 REFUSAL = "reluctance"
+INJECTION_SHARE = 0.2
 LOADS = ("free", "friction50", "friction100", "hoist50")
 SEEDS = 8
 COMMAND_S, RUN_S, LONGEST_S = 0.1, 0.8, 12.0
@@ -49,7 +50,8 @@ def setup(what, drive):
     if kind != "start" or match is None:
         raise LauncherError(f"'{what}' is none of start/ANGLE/free, friction50 or hoist50, flying/PERCENT, lost/CAUSE")
     angle, load = numbers(match[1], "angle", 0, 360)[0], int(match[4] or 0)
-    names, params = drive.names(), {"angle_source": 1, **({"i_align_ma": drive.params["i_max_ma"]} if load else {})}
+    names = drive.names()
+    params = {"angle_source": 1, **({"i_align_ma": drive.params["i_max_ma"]} if load else {}), **_injection(drive)}
     rpm, up_s = names["work_rpm"], COMMAND_S + names["field_ramp_s"] + RUN_S
     hoisted = match[3] == "hoist"
     allowed = () if not load else DRIVEN if hoisted else LOADED
@@ -60,6 +62,13 @@ def setup(what, drive):
     return Setup(scenario(f"sensorless start at {angle:g} degrees, {match[2]}", steps, LONGEST_S + up_s),
                  lambda run: judge(run, rpm, allowed, hoisted),
                  {"seed": 1 + int(angle) % SEEDS, "start_angle": angle, "overrides": {"params": params}})
+
+
+def _injection(drive):
+    """What docs/motors.md tells who takes the encoder off a motor whose reluctance outweighs its magnets."""
+    if not drive.is_reluctant or drive.motor["control"]["injection_v"]:
+        return {}
+    return {"injection_mv": round(INJECTION_SHARE * drive.params["v_min_mv"])}
 
 
 def judge(run, rpm, allowed, driven):

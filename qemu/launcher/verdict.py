@@ -17,6 +17,7 @@ from .kinds_protection import enumerator
 from .refusals import NAME, refusals, typed
 from .ripple import largest_ripple_a
 from .rules import RPM
+from .saturation import inverse_at_rest
 from .shaft_margin import MARGIN, swings_up
 from .spread import drawn
 
@@ -30,6 +31,7 @@ PERIOD_S, LOOP_S = 50e-6, 2e-3
 DEVIATION = 0.2         # of speed_max: deviation_pct
 LAST_HZ = 1187.0        # electrical, of the firmware's speeds
 WARM_K = 80.0           # of the winding, above ambient
+ANSWER_LSB = 4.0        # firmware/source/injection_start.c: RADIAN_LEAST, by degrees
 PUSH_SHARE, PUSH_S, PUSH_SEEN = 2 / 3, 0.256, math.radians(24)  # firmware/source/injection_start.c
 WARNED = "warning: oscillation"
 # what less gain makes worse; and the torque's swing before that steps the reference of i_d
@@ -140,6 +142,14 @@ class Plant:
         text = f"{peak_a:.3g} A at i_max, {ripple_a:.3g} A of it ripple; the stage trips at {trip_a:.3g}"
         return text if peak_a > trip_a else ""
 
+    def shows_too_little(self, *_):
+        """The saliency answers even the largest voltage of injection by less per degree than the drive asks for."""
+        e, saturation = self.drive.motor["electrical"], self.drive.motor.saturation()
+        by_ld, by_lq = inverse_at_rest(saturation, e["flux_wb"]) if saturation else (1 / e["ld_h"], 1 / e["lq_h"])
+        swing_a = 2 * self.names["v_min_V"] / math.sqrt(3) * PERIOD_S * (by_ld - by_lq)
+        lsb = math.radians(swing_a) / self.names["i_range_A"] * 2**15
+        return f"the current answers by {lsb:.2g} LSB a degree at most" if lsb < ANSWER_LSB else ""
+
     def cannot_be_pushed(self, *_):
         """A torque of two thirds of i_max through the magnets, 256 ms either way, turns it by less than is asked for."""
         shaft, load = self.motor["mechanical"], self.motor["load"]
@@ -164,6 +174,7 @@ TRUTHS = {
     r"LOAD_TOO_HIGH|LOAD$|BLOCKED": Plant.sticks,
     r"UNDERVOLTAGE": Plant.sags,
     r"OVERCURRENT_HARDWARE": Plant.trips_by_ripple,
+    r"SALIENCY": Plant.shows_too_little,
     r"POLARITY": Plant.cannot_be_pushed,
     r"OSCILLATION|LIMIT_CYCLE": Plant.swings,
 }

@@ -148,6 +148,18 @@ def test_lines_of_the_map_are_read():
 
 
 @pytest.mark.parametrize("motor, name, reason, may", (
+    ("lot:112", "lq at 1 in q", "turns the rotor too quickly", True),
+    ("lot:102", "lq at 1 in q", "turns the rotor too quickly", False),
+    ("lot:104", "friction", "a load drives the shaft or holds it back", True), ("lot:102", "friction", "holds it back", False),
+    ("lot:104", "inertia", "the speed swings as it grows", True), ("lot:104", "ld", "differ by more than a tenth", False),
+    ("lot:131", "flux", "holds it back", True), ("thor_pmsyrm", "flux", "holds it back", False)))
+def test_a_refusal_that_is_true_of_the_plant(motor, name, reason, may):
+    """112 is light, 104 hangs on a soft coupling, 131 has friction of 12 % and a fifth of its current to be turned with."""
+    run = SimpleNamespace(drive=load_drive(motor))
+    assert part_identify.may_be_refused(name, reason, None, run) == may
+
+
+@pytest.mark.parametrize("motor, name, reason, may", (
     ("thor_pmsyrm", "ld at 1 in d", "reluctance turns", True), ("maxon_ec22", "ld at 1 in d", "reluctance turns", False),
     ("thor_pmsyrm", "flux in d there", "no current in d, or little", False),
     ("maxon_ec22", "flux in d there", "no current in d, or little", True),

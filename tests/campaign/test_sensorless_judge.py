@@ -5,6 +5,7 @@ import pytest
 
 from campaign.made_up import DRIVE, FAULT, OPERATION, PERIOD_S, SWITCHED_ON, made_up
 from launcher import part_flying, part_lost, part_sensorless
+from launcher.drive import load_drive
 from launcher.part import ON_S
 
 RPM = 600
@@ -65,6 +66,15 @@ def test_only_a_load_that_drives_may_turn_it_backwards():
     assert start(part_sensorless.LOADED, driven=True, **back).passed
     assert "backwards by" in start(part_sensorless.LOADED, **back).why
     assert "backwards by" in start(part_sensorless.LOADED, driven=True, speed_rpm=back["speed_rpm"]).why
+
+
+@pytest.mark.parametrize("motor, given", (("lot:107", True), ("teknic_m2310p", False), ("thor_pmsyrm", False)))
+def test_who_takes_the_encoder_off_a_reluctant_machine_gives_it_injection(motor, given):
+    """A fifth of v_min; thor's file has its own."""
+    drive = load_drive(motor)
+    told = part_sensorless.setup("start/45/free", drive).arguments["overrides"]["params"]
+    assert ("injection_mv" in told) == given
+    assert not given or told["injection_mv"] == pytest.approx(0.2 * drive.params["v_min_mv"], abs=1)
 
 
 def test_a_refusal_has_to_say_why_and_nothing_moves():

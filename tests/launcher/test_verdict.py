@@ -14,7 +14,7 @@ from launcher.ripple import largest_ripple_a
 from launcher.verdict import NOT_SET_UP, TRUE, WORKS, WRONG, Plant, judged, judged_part
 
 FAULTS = ("NONE", "SPEED_DEVIATION", "ENCODER_COUNTS", "LOAD_TOO_HIGH", "UNDERVOLTAGE", "OSCILLATION", "LIMIT_CYCLE",
-          "OVERCURRENT_HARDWARE", "POLARITY")
+          "OVERCURRENT_HARDWARE", "POLARITY", "SALIENCY")
 
 
 def drive(motor="teknic_m2310p", seed=1, spread=0, detune="", inverter=None, **tables):
@@ -69,7 +69,7 @@ def test_a_part_ends_for_a_reason_only_if_the_plant_has_it():
     assert judged_part(run(drive(), "LOAD_TOO_HIGH"), Verdict("LOAD_TOO_HIGH")).word == WRONG, "though the part allows it"
 
 
-@pytest.mark.parametrize("fault", FAULTS[1:])
+@pytest.mark.parametrize("fault", FAULTS[1:-1])  # but the last: surface magnets show no saliency
 def test_no_fault_is_true_of_an_ordinary_plant(fault):
     found = judged(run(drive(), fault))
     assert (found.word, found.cause) == (WRONG, fault)
@@ -114,6 +114,7 @@ TRUE_OF = [
     ("OSCILLATION", SOFT), ("LIMIT_CYCLE", SOFT),
     ("OVERCURRENT_HARDWARE", {"electrical": {"ld_h": 2e-6, "lq_h": 2e-6},
                               "saturation": dict.fromkeys(("loss_d", "loss_q", "loss_flux"), 0.0)}),
+    ("SALIENCY", {"electrical": {"ld_h": 1e-3, "lq_h": 1e-3}}),
     ("POLARITY", {"mechanical": {"inertia_kgm2": 0.1}}), ("POLARITY", {"load": {"coulomb_nm": 0.5, "stiction_nm": 0.6}}),
 ]
 
@@ -135,6 +136,10 @@ def test_the_ripple_of_a_period_is_what_the_triangles_have():
 
 def test_an_encoder_tells_in_time_what_an_observer_does_not():
     assert judged(run(drive(**LIGHT), "SPEED_DEVIATION")).word == WRONG
+
+
+def test_a_saliency_that_can_be_seen_is_no_reason():
+    assert judged(run(drive(electrical={"lq_h": 5e-3}), "SALIENCY")).word == WRONG
 
 
 REFUSED = [
