@@ -24,7 +24,7 @@ struct axis;
 struct start {
     uint32_t phase;
     uint32_t latched; /* the encoder's, when the zero measurement began */
-    uint32_t doubted; /* enum fault: what the wiring looked like */
+    uint32_t doubted; /* enum fault: what the wiring looked like, or what it may be the cause of */
     uint32_t tries;   /* how often the rotor was found turning */
     struct calibration calibration;
     struct wiring wiring;

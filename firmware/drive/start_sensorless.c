@@ -5,7 +5,7 @@
 
 static void sensorless_begin_start(struct axis *a)
 {
-    (void)a; /* nothing shows the rotor yet */
+    a->start.doubted = FAULT_NONE; /* nothing shows the rotor yet */
 }
 
 static void sensorless_calibrated(struct axis *a)
@@ -61,9 +61,20 @@ static void begin_field(struct axis *a)
     a->start.phase = START_FIELD;
 }
 
+/* The wiring is right, so it was not that: the refusal stands. */
+static void raise_saliency(struct axis *a)
+{
+    const int32_t detail_q8 = a->injection.detail_q8;
+    fault_raise_with(a, FAULT_SALIENCY, detail_q8 / 256, (detail_q8 % 256) * 100 / 256);
+}
+
 void start_sensorless_wired(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning);
+    if (FEATURE_IN(INJECTION) && a->start.doubted == FAULT_SALIENCY) {
+        raise_saliency(a);
+        return;
+    }
     if (!FEATURE_IN(INJECTION) || !injection_wanted(a)) {
         begin_field(a);
         return;
@@ -74,30 +85,46 @@ void start_sensorless_wired(struct axis *a)
 }
 
 /* A motor that a prescribed field can hold does without injection; for others it was the only way. */
-static void refuse_injection(struct axis *a, enum fault fault, int32_t detail_0, int32_t detail_1)
+static void do_without_injection(struct axis *a)
 {
-    if (a->tuning.reluctant) {
-        fault_raise_with(a, fault, detail_0, detail_1);
-        return;
-    }
     injection_reset(&a->loop, &a->tuning);
     start_follow(a, LOOP_OBSERVER);
     begin_field(a);
 }
 
+/* A phase lost since its test carries none of the sweep, which looks like too little saliency: it is tested once more. */
+static void refuse_saliency(struct axis *a)
+{
+    if (!a->tuning.reluctant) {
+        do_without_injection(a);
+        return;
+    }
+    injection_reset(&a->loop, &a->tuning);
+    a->start.doubted = FAULT_SALIENCY;
+    start_open_gates(a);
+}
+
+static void refuse_polarity(struct axis *a)
+{
+    if (!a->tuning.reluctant) {
+        do_without_injection(a);
+        return;
+    }
+    fault_raise_with(a, FAULT_POLARITY, (int32_t)a->injection.push_ms, 0);
+}
+
 /* True when operation may begin. */
 static bool step_injection(struct axis *a)
 {
-    const struct injection_start *const s = &a->injection;
     switch (injection_start_step(a)) {
     case INJECTION_DONE:
         a->start.phase = START_FOLLOW;
         return true;
     case INJECTION_SALIENCY:
-        refuse_injection(a, FAULT_SALIENCY, s->detail_q8 / 256, (s->detail_q8 % 256) * 100 / 256);
+        refuse_saliency(a);
         return false;
     case INJECTION_POLARITY:
-        refuse_injection(a, FAULT_POLARITY, (int32_t)s->push_ms, 0);
+        refuse_polarity(a);
         return false;
     case INJECTION_RUNNING:
     default:

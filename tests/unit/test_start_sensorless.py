@@ -35,9 +35,12 @@ def sweeping(w, radian):
 
 @pytest.mark.parametrize("radian, percent", ((0, 0), (57, 99), (100, 174), (200, 349), (229, 400)))
 def test_start_sensorless_says_how_much_the_current_tells_of_a_degree(c, starting, radian, percent):
-    """In whole bits and hundredths of them: a 57th of what it tells of a radian."""
+    """In whole bits and hundredths of them: a 57th of what it tells of a radian. First the wiring is looked at once more."""
     w = sweeping(starting(True, SWEEP), radian)
-    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_SALIENCY
+    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_NONE
+    assert w.axis.start.phase == c.START_WIRING and w.axis.loop.source == c.LOOP_OBSERVER
+    c.start_sensorless_wired(w.axis)
+    assert w.axis.faults.cause == c.FAULT_SALIENCY
     whole, hundredths = w.axis.faults.detail
     assert 0 <= hundredths < 100 and 100 * whole + hundredths == pytest.approx(percent, abs=1)
 
@@ -47,6 +50,14 @@ def test_start_sensorless_goes_on_where_the_current_tells_enough(c, starting):
     assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_NONE
     assert w.axis.injection.step == 1 and w.axis.start.phase == c.START_INJECTION
     assert c.start_sensorless_holds_voltage(w.axis), "it locks, and short windings brake"
+
+
+def test_start_sensorless_forgets_the_refusal_with_the_next_start(c, starting):
+    w = sweeping(starting(True, SWEEP), 100)
+    c.start_sensorless_step(w.axis)
+    c.start_begin(w.axis)
+    c.start_sensorless_wired(w.axis)
+    assert w.axis.faults.cause == c.FAULT_NONE and w.axis.start.phase == c.START_FIELD
 
 
 def at_the_last_try(w):
