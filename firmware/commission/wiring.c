@@ -51,6 +51,11 @@ static void begin(struct wiring *w, const int32_t i_q15[3], int32_t v_256ths)
     w->ms = 0;
 }
 
+static bool is_share(int32_t i_q15, int32_t most_q15)
+{
+    return q15_abs(i_q15) * 10 >= most_q15 * SHARE_TENTH;
+}
+
 static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
 {
     const int32_t most_q15 = largest(w->largest_q15);
@@ -59,11 +64,11 @@ static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
     }
     for (size_t k = 0; k < 3u; k++) {
         w->phase = (int32_t)k + 1;
-        if (w->blind[k] || w->largest_q15[k] * 10 < most_q15 * SHARE_TENTH) {
+        if (w->blind[k] || !is_share(w->largest_q15[k], most_q15)) {
             return WIRING_OPEN;
         }
         if (w->own_q15[k] < 0) {
-            return WIRING_SIGN;
+            return is_share(w->own_q15[k], most_q15) ? WIRING_SIGN : WIRING_OPEN; /* lost since others were looked at */
         }
     }
     return WIRING_GOOD;
