@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Without an encoder: its lines are cut, and the plant says where the rotor stands. All motors: `make campaign`,
 SCENARIOS=sensorless."""
+import numpy as np
 import pytest
+from launcher.drive import load_drive
+from launcher.kind import Run
+from launcher.part import angle_error_deg, operation_s
 from launcher.parts import parse, run_part_case
 from launcher.simulate import simulate
 
@@ -59,3 +63,24 @@ def blocked(hold):
 def test_a_rotor_that_does_not_follow_the_field_is_missed(hold, fault, tmp_path):
     result = simulate(blocked(hold), "teknic_m2310p", out_dir=tmp_path)
     assert result.figures["faults"].value == fault
+
+
+@pytest.mark.parametrize("motor, share", (("lot:125", 0.4), pytest.param("qs138_3kw", -0.5, marks=pytest.mark.rest)))
+def test_a_turning_rotor_is_caught_though_its_encoder_was_used_until_now(motor, share, tmp_path):
+    """The encoder is plugged and has told the speed until `set angle_source 1`, just before `on`."""
+    names = load_drive(motor).names()
+    rpm = share * names["rated_speed_rpm"]
+    turning = {"title": "the encoder is given up, and on", "preamble_s": 0.05, "end_s": 0.9,
+               "step": [{"t_s": 0.0, "event": "spin_rad_s", "args": [f"{rpm * np.pi / 30:.9g}"]},
+                        {"t_s": 0.15, "console": "status"}, {"t_s": 0.17, "console": "set angle_source 1"},
+                        {"t_s": 0.172, "console": "on"}, {"t_s": 0.173, "event": "spin", "args": ["off"]},
+                        {"t_s": 0.1, "after_state": "OPERATION_ENABLED", "console": f"speed {rpm:.0f}"}],
+               "figure": [{"name": "faults", "kind": "all_faults", "equal": "NONE"}]}
+    result = simulate(turning, motor, out_dir=tmp_path)
+    assert result.passed and "done: operation enabled" in result.console, result.console[-300:]
+    run = Run(result.trace, result.console, result.drive, result.enums, result.scenario.names, result.scenario.steps)
+    t, live = result.trace["t_s"], result.trace["gate_live"] > 0.5
+    began = operation_s(run)
+    assert began - t[live][0] < 0.05 and (result.trace["observer_leads"][t > began + 0.001] > 0.5).all()
+    assert np.abs(angle_error_deg(run, run.window(began + 0.01, None))).max() < 15
+    assert np.abs(result.trace["speed_rpm"][t > 0.8] / rpm - 1).max() < 0.05
