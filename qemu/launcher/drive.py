@@ -160,6 +160,20 @@ class Drive:
                 2: electrical_s / 12 + min(electrical_s, HALL_MEAN_S) / 2}[self.motor["control"]["angle_source"]]
 
     @property
+    def holds_rad_s2(self):
+        """With what acceleration the position loop's gain answers a radian: the crossovers of the position and speed loops,
+        told of the inertia there is."""
+        speed_hz = self.motor["control"]["speed_bw_hz"]
+        return (2 * math.pi) ** 2 * speed_hz * (self.params.get("position_bw_hz", 0) or speed_hz / 5)
+
+    @property
+    def stuck_deg(self):
+        """As far off its position friction, stiction and cogging hold the shaft against that."""
+        shaft, load = self.motor["mechanical"], self.motor["load"]
+        holds_nm = shaft["friction_coulomb_nm"] + max(load["coulomb_nm"], load["stiction_nm"]) + shaft["cogging_nm"]
+        return math.degrees(holds_nm / self.inertia_kgm2 / self.holds_rad_s2)
+
+    @property
     def swing_s(self):
         """1 / (resonance of the coupling, rad/s), or 0 where it is rigid."""
         stiffness, load = self.motor["load"]["stiffness_nm_rad"], self.load_inertia_kgm2
@@ -212,6 +226,8 @@ class Drive:
         sensor     sensed_deg (electrical, between what the sensor of the angle tells apart: a count; half a sector of Hall
                    switches and 5 degrees; 90 without either, where a field leads), sensed_share (its sine),
                    heard_s (by how much speed is known late at work_rpm: see there), led_share (1 if a field leads there, or 0)
+        position   stuck_deg (as far off friction, stiction and cogging hold the shaft against the position loop's gain alone),
+                   lag_deg (as far behind it takes that to follow ramp_rpm_s: what the feed-forward leaves is a part of it)
         shaft      swing_s (1 / resonance in rad/s of the coupling, or 0: a load step falls on the load first, and comes back)
         units      rad_s_per_rpm
         """
@@ -247,6 +263,7 @@ class Drive:
             "sensed_deg": self.sensed_deg, "sensed_share": math.sin(math.radians(self.sensed_deg)),
             "heard_s": self.heard_s(turn_time_s), "swing_s": self.swing_s,
             "led_share": float(self.is_led_by_field(turn_time_s)),
+            "stuck_deg": self.stuck_deg, "lag_deg": math.degrees(ramp * RPM / self.holds_rad_s2),
             "electrical_tau_s": electrical["lq_h"] / electrical["resistance_ohm"], "rad_s_per_rpm": RPM,
         }
 

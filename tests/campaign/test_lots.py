@@ -28,6 +28,17 @@ def test_lot(lot, tmp_path):
     assert not mended, f"{case.command} works now: take it out of tests/campaign/expected.toml"
 
 
+# with limits by encoder, friction and power: fixed ones said wrong of each
+RELATIVE = [("lot:19", "power_limit", pytest.mark.rest), ("lot:54", "position", pytest.mark.rest),
+            ("lot:105", "position", pytest.mark.long)]
+
+
+@pytest.mark.parametrize("motor, scenario", [pytest.param(*case, marks=mark) for *case, mark in RELATIVE])
+def test_a_limit_is_relative_to_the_motor(motor, scenario, tmp_path):
+    outcome = run_case(Case(motor, scenario, 1), tmp_path)
+    assert outcome["word"] == WORKS, outcome.get("cause")
+
+
 def others():
     """The other cases of PART=lot, of the first lot that is met in `make test`."""
     cases = cases_of(FIRST)[1:]
