@@ -19,6 +19,7 @@ MOVEMENT_MAX_DEG = 1080.0  # electrical: ALIGNMENT_TURNS of firmware/commission/
 LONGEST_S = 15.0
 STAND_S, TURN_S = 0.1, 0.5  # at standstill, then turning: each is judged
 DECIDED_S = 0.05           # of these, the last part of the standstill
+PEAK_MAX = 1.05            # times i_trip: what the gain of a sensor may be off
 SEEDS = 8                  # the plants that the angles go round
 LOADS = ("free", "hoist20", "hoist50", "friction20")
 # reasons for staying off that are true of a load
@@ -79,14 +80,17 @@ def judge(run, allowed, bounded=True):
     moved = excursion_deg(run, None, end_s + run.period_s)
     figures = {"time to operation, s": None if began is None else began - ON_S, "movement, deg": moved,
                "movement, deg el.": moved * run.drive.motor["electrical"]["pole_pairs"]}
+    figures["peak current, % of i_trip"] = peak = 100 * peak_share(run)
+    beyond = [f"{peak:.0f} % of i_trip flowed"] if peak > 100 * PEAK_MAX else []
     if fault:
-        return Verdict(fault, _of_fault(run, fault, began, allowed), figures)
+        why = _of_fault(run, fault, began, allowed)
+        return Verdict(fault, "; ".join([*([why] if why else []), *beyond]), figures)
     if began is None:
         return Verdict("undecided", f"neither {OPERATION} nor a fault after {run.trace['t_s'][-1]:.1f} s", figures)
     turning = late_s(run, STAND_S)
     windows = {"standing": run.window(turning - DECIDED_S, turning), "turning": run.window(turning + TURN_S / 2, None)}
     unseen_deg = {"standing": run.drive.sensed_deg / 2, "turning": 0.0}
-    wrong = []
+    wrong = list(beyond)
     for name, window in windows.items():
         error = mean_angle_deg(angle_error_deg(run, window))
         figures[f"offset error {name}, deg el."] = error
@@ -94,6 +98,11 @@ def judge(run, allowed, bounded=True):
     if bounded and figures["movement, deg el."] > MOVEMENT_MAX_DEG:
         wrong.append(f"the rotor moved by {figures['movement, deg el.']:.0f} degrees electrical")
     return Verdict("misaligned" if wrong else "operation", "; ".join(wrong), figures)
+
+
+def peak_share(run):
+    """The largest current of a phase, of i_trip."""
+    return max(float(run.trace[f"i_{phase}_peak_A"].max()) for phase in "abc") / run.names["i_trip_A"]
 
 
 def _of_fault(run, fault, began, allowed):

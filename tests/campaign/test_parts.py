@@ -13,6 +13,7 @@ SAMPLE = [
     "wiring:teknic_m2310p/swap_BC", "wiring:mjbots_mj5208/open_B", "supervision:teknic_m2310p/slip60/speed100/load50",
     "supervision:maxon_ec45flat/open_A/speed50/load50", "detune:maxon_ec22/default/L*2",
     "sensorless:teknic_m2310p/flying/-60", "sensorless:maxon_ec45flat/lost/thrown", "saliency:thor_pmsyrm/lock/90",
+    "start:lot:28/hoist50/30", "start:lot:28/hoist50/90", "start:lot:22/hoist20/0",
 ]
 REST = [
     "wiring:teknic_m2310p/pole_pairs=5", "supervision:teknic_m2310p/quickstop/no_chopper", "start:dys_be8108/friction20/180",
@@ -24,6 +25,9 @@ REST = [
 ]
 LONG = ["identify:maxon_ec45flat/seed2", "wiring:qs138_3kw/encoder_frozen", "supervision:estun_emj04apb22/reversal/chopper",
         "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1"]
+HOISTED = ("lot:22", "lot:28")  # an outrunner and a traction motor, from twelve angles: right, or not at all
+LONG += sorted({f"start:{motor}/hoist{size}/{angle}" for motor in HOISTED for size in (20, 50) for angle in range(0, 360, 30)}
+               - set(SAMPLE)) + ["start:lot:28/hoist50/200"]
 
 
 def expected(path=EXPECTED_FILE):

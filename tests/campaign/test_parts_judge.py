@@ -79,6 +79,15 @@ def test_a_rotor_that_is_thrown_about_fails():
     assert part_start.judge(driven, (), bounded=False).passed, "a load that drives it may add to that"
 
 
+@pytest.mark.parametrize("outcome", ({}, {"began_s": None, "fault": "LOAD_TOO_HIGH", "fault_s": 0.5, "end_s": 0.6}))
+def test_a_start_whose_current_passes_its_trip_fails(outcome):
+    """Into operation or not; the gain of a sensor may be 5 % off."""
+    trip_a = DRIVE.names()["i_trip_A"]
+    for share, passed in ((1.04, True), (1.06, False)):
+        verdict = start(("LOAD_TOO_HIGH",), i_b_peak_A=lambda t: np.where(t > 0.4, share * trip_a, 1.0), **outcome)
+        assert verdict.passed == passed and ("of i_trip flowed" in verdict.why) != passed, verdict
+
+
 def again(off_s=1.2, again_s=1.5, **run):
     def states(t):
         return np.where((t >= 0.8) & (t < off_s) | (t >= again_s), OPERATION, np.where(t < 0.8, SWITCHED_ON, READY))
