@@ -286,12 +286,16 @@ static bool speed_is_unknown(const struct hall *h, const struct tuning *t)
     return h->speed.intervals == 0u && way_q32 < h->sector[h->state].half_q32;
 }
 
-/* At most half a turn from the angle the speed predicts. */
+/*
+ * At most half a turn from the angle the speed predicts. While the speed is a mean over a turn the way is that speed's: angles
+ * step at each switch that is out of place, and the speed loop's memory answered each step with torque.
+ */
 static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct tuning *t)
 {
     const uint32_t expected_q32 = (uint32_t)s->speed_q32 * (uint32_t)t->loops_per_slow;
     const int32_t beyond_q32 = (int32_t)(angle_q32 - s->angle_q32 - expected_q32);
-    s->travel_q32 = s->speed_q32 + beyond_q32 / t->loops_per_slow;
+    const bool whole_turn = s->intervals == WHOLE_TURN && s->clocks < MEAN_CLOCKS;
+    s->travel_q32 = s->speed_q32 + (whole_turn ? 0 : beyond_q32 / t->loops_per_slow);
     s->angle_q32 = angle_q32;
 }
 

@@ -75,12 +75,12 @@ class Rotor:
 
     def run(self, course, torque=0):
         """`course`: turns at each sample from now on, whole milliseconds. Returns (degrees by which each prediction is ahead,
-        speeds in Hz as the slow loop had them)."""
+        speeds in Hz as the slow loop had them); `ways` are what the speed loop's memory adds up."""
         turns = np.concatenate(([self.turns], course))
         clocks = self.clock + LOOP_COUNTS * np.arange(len(turns))
         states, times, self.place = self.switches.follow(self.place, self.last, turns, clocks)
         self.last = times[-1]
-        off, speeds = [], []
+        off, speeds, self.ways = [], [], []
         for first in range(0, len(course), PER_MS):
             buffer = (ctypes.c_uint32 * PER_MS)()
             chunk = slice(first, first + PER_MS)
@@ -91,6 +91,7 @@ class Rotor:
             true = np.rint(course[chunk] * TURN).astype(np.int64)
             off.extend(wrapped(np.array(buffer, dtype=np.int64) - true))
             speeds.append(self.hall.speed.speed_q32 / TURN * HZ)
+            self.ways.append(self.hall.speed.travel_q32 / TURN * HZ)
         self.turns, self.clock = float(turns[-1]), int(clocks[-1])
         return np.array(off), np.array(speeds)
 
