@@ -9,7 +9,7 @@
 #define FIRST_PART     4 /* of i_max, */
 #define LATER_PART     8 /* and once it has swung: what is left may be just at the border */
 #define BLOCK_STEPS    16u
-#define BEFORE_PART    64u /* of the power: in the block before */
+#define BEFORE_PART    64u /* of the power: in a block before */
 #define SETTLE_BLOCKS  1u  /* after a change of the gains, for what swings at the limit */
 #define FADE_BLOCKS    4u  /* and for what may fade: a loop near its border fades slowly */
 #define LISTEN_MS      25u
@@ -65,18 +65,25 @@ static void take_share(struct oscillation *o, int32_t share_q15)
     o->blocks = 0;
 }
 
+/* It was there, and has not faded since. */
+static bool is_as(uint32_t before_q24, uint32_t level_q24)
+{
+    return before_q24 > level_q24 / BEFORE_PART && level_q24 > before_q24 - before_q24 / 4u;
+}
+
 /*
- * What swings far beyond the limit did so in the block before, too; a step's answer did not. Less may be fading since the last
- * change: it is compared with the block before the last.
+ * What swings far beyond the limit did so in the block before, too; a step's answer did not. Less may be fading, since the last
+ * change or the end of a ramp, too slowly for one block to show it: it is compared with the block before the last as well.
  */
 static bool goes_on(const struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
 {
-    if (level_q24 * 2u > square_q24(i_max_q12)) {
-        const bool as_before =
-            level_q24 > o->level_q24[0] - o->level_q24[0] / 4u && o->level_q24[0] > level_q24 / BEFORE_PART;
-        return o->blocks >= SETTLE_BLOCKS && as_before;
+    if (!is_as(o->level_q24[0], level_q24)) {
+        return false;
     }
-    return o->blocks >= FADE_BLOCKS && level_q24 > o->level_q24[1] - o->level_q24[1] / 4u;
+    if (level_q24 * 2u > square_q24(i_max_q12)) {
+        return o->blocks >= SETTLE_BLOCKS;
+    }
+    return o->blocks >= FADE_BLOCKS && is_as(o->level_q24[1], level_q24);
 }
 
 static bool is_fast_swing(const struct oscillation *o, const struct tone_found *found)
