@@ -72,9 +72,10 @@ class Plant:
         return self.drive.motor["control"]["angle_source"]
 
     def step_is_too_fast(self, share=1.0, _speed=""):
-        """The load slows the shaft beyond the watched deviation before the sensor tells, and two periods of the speed loop."""
+        """The load slows the shaft beyond the watched deviation before a coupling has passed it on, the sensor has told of it
+        and two periods of the speed loop are over."""
         inertia = self.motor["mechanical"]["inertia_kgm2"] * (1 + self.motor["load"]["inertia_ratio"])
-        late_s = LOOP_S + self.names["heard_s"]
+        late_s = LOOP_S + self.names["heard_s"] + self.names["swing_s"]
         falls = share * self.drive.motor["rating"]["rated_torque_nm"] / inertia * late_s / RPM
         limit = DEVIATION * self.names["speed_max_rpm"]
         return f"the load takes {falls:.3g} rpm in {1000 * late_s:.2g} ms, {limit:.3g} are watched" if falls > limit else ""

@@ -105,10 +105,12 @@ def test_a_drive_that_warned_of_an_oscillation_may_answer_the_load_more_slowly()
 
 # Rated torque takes 895 rpm in 4.1 ms, and 436 in 2: an observer tells it later than an encoder.
 LIGHT = {"load": {"inertia_ratio": 0.0}, "mechanical": {"inertia_kgm2": 1.2e-5}}
+HANGING = {"inertia_ratio": 0.4, "stiffness_nm_rad": 0.2, "damping_nms": 3e-5}  # at 38 Hz: 4.1 ms late
 TRUE_OF = [
     ("SPEED_DEVIATION", {"load": {"inertia_ratio": 0.0}, "mechanical": {"inertia_kgm2": 1e-6}}),
     ("SPEED_DEVIATION", {"load": {"coulomb_nm": 0.3, "stiction_nm": 0.3}}),
     ("SPEED_DEVIATION", {**LIGHT, "control": {"angle_source": 1}}),
+    ("SPEED_DEVIATION", {**LIGHT, "load": HANGING}),
     ("LOAD_TOO_HIGH", {"load": {"coulomb_nm": 0.3, "stiction_nm": 0.6}}),
     ("UNDERVOLTAGE", {"inverter": {"supply": {"supply_resistance_ohm": 5.0}}}),
     ("OSCILLATION", SOFT), ("LIMIT_CYCLE", SOFT),
@@ -135,7 +137,10 @@ def test_the_ripple_of_a_period_is_what_the_triangles_have():
 
 
 def test_an_encoder_tells_in_time_what_an_observer_does_not():
+    """And a stiff coupling what a soft one does not."""
     assert judged(run(drive(**LIGHT), "SPEED_DEVIATION")).word == WRONG
+    stiff = {**LIGHT, "load": {**HANGING, "stiffness_nm_rad": 20.0}}
+    assert judged(run(drive(**stiff), "SPEED_DEVIATION")).word == WRONG
 
 
 def test_a_saliency_that_can_be_seen_is_no_reason():
