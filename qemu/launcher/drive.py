@@ -10,6 +10,7 @@ from .effects import parse_plant
 from .params import UNSAID, coarse_notes, detuned, exact_params
 from .saturation import inverse_at_rest
 from .schema import SECTIONS
+from .shaft_margin import left_hz
 from .spread import check_spread, drawn
 
 RPM = math.pi / 30  # rad/s in one rpm
@@ -27,6 +28,7 @@ OBSERVER_LEADS = 4.5  # the margin from which it does (OBSERVER_LEADS_Q8)
 HALL_MEAN_S = 0.02  # over which a speed by Hall switches is averaged at most: MEAN_CLOCKS of firmware/control/hall_speed.c
 FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
+LEFT_TAUS = 30      # the same by what a soft coupling leaves: half of that, damped by 1, leaves 0.5 % of a step
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
 _TOLD = {"chopper_on_v", "chopper_off_v", "modulator_osr",  # the drive is: it switches the chopper, and sets the filters
@@ -184,6 +186,14 @@ class Drive:
         return math.sqrt(rotor * load / (rotor + load) / stiffness)
 
     @property
+    def left_tau_s(self):
+        """Of the speed loop as told, or with what a coupling too soft to be filtered leaves of its bandwidth."""
+        hz, rotor, load = self.motor["control"]["speed_bw_hz"], self.motor["mechanical"]["inertia_kgm2"], self.motor["load"]
+        if load["stiffness_nm_rad"] and self.load_inertia_kgm2:
+            hz = left_hz(hz, rotor, self.load_inertia_kgm2, load["stiffness_nm_rad"], load["damping_nms"])
+        return 1 / (2 * math.pi * hz)
+
+    @property
     def field_accel_rad_s2(self):
         """The most that a prescribed field is turned up with: settings/tuning_observer.c."""
         return FIELD_SHARE * 1.5 * self.params["pole_pairs"] * self.params["flux_uwb"] * 1e-6 * self._param_a("i_max_ma") / (
@@ -209,8 +219,9 @@ class Drive:
                    ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives; by reluctance it may be more)
         limits     speed_max_rpm, overspeed_rpm, ramp_rpm_s, i_max_A, i_trip_A, i_align_A, v_min_V, v_max_V, oc_trip_A
         stage      vbus_V, i_range_A, v_range_V, encoder_counts
-        loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there), slower (by how
-                   much less the speed loop answers if DETUNE tells a smaller inertia or a larger flux than there is; or 1),
+        loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), left_tau_s (the same, or longer where a
+                   coupling too soft to be filtered leaves less bandwidth), linear_step_A (see there), slower (by how much
+                   less the speed loop answers if DETUNE tells a smaller inertia or a larger flux than there is; or 1),
                    stiffer_d, stiffer_q (inductances as tuned for, by those without current, where iron saturates; or 1)
         speeds     whole rpm, shares of speed_max_rpm: work_rpm 0.375 (1500 of 4000), mid_rpm 0.25, low_rpm 0.125,
                    slow_rpm 0.0075 (30 of 4000; at least 1)
@@ -236,7 +247,7 @@ class Drive:
         rating, control, electrical = self.motor["rating"], self.motor["control"], self.motor["electrical"]
         speeds = {name: max(1, round(share * control["speed_max_rpm"])) for name, share in SPEED_SHARES.items()}
         ramp, speed_tau_s, supply = control["ramp_rpm_s"], 1 / (2 * math.pi * control["speed_bw_hz"]), self.inverter["supply"]
-        turn_time_s = 60 / speeds["work_rpm"]
+        turn_time_s, left_tau_s = 60 / speeds["work_rpm"], self.left_tau_s
         field_ramp_s = speeds["work_rpm"] * RPM / min(ramp * RPM, self.field_accel_rad_s2)
         return {
             "rated_torque_Nm": rating["rated_torque_nm"], "rated_current_A": rating["rated_current_a"],
@@ -251,7 +262,7 @@ class Drive:
             "encoder_counts": self.motor["encoder"]["counts_per_rev"], "current_bw_hz": control["current_bw_hz"],
             "speed_bw_hz": control["speed_bw_hz"], "speed_tau_s": speed_tau_s,
             "stiffer_d": self.stiffer[0], "stiffer_q": self.stiffer[1], "linear_step_A": self.linear_step_a,
-            "slower": self.slower, **speeds,
+            "left_tau_s": left_tau_s, "slower": self.slower, **speeds,
             "inertia_kgm2": self.inertia_kgm2, "rotor_inertia_kgm2": self.motor["mechanical"]["inertia_kgm2"],
             "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
@@ -259,7 +270,7 @@ class Drive:
             "field_ramp_s": field_ramp_s, "rise_time_s": field_ramp_s if self.starts_by_field else speeds["work_rpm"] / ramp,
             "ramp_time_s": speeds["work_rpm"] / ramp, "max_ramp_time_s": control["speed_max_rpm"] / ramp,
             "turn_time_s": turn_time_s, "on_time_s": self.on_time_s,
-            "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),
+            "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s, LEFT_TAUS * left_tau_s), "steady_s": max(0.25, turn_time_s),
             "resistance_ohm": electrical["resistance_ohm"],
             "bus_energy_J": supply["bus_capacitance_f"] / 2 * (self._param_a("v_max_mv") ** 2 - supply["vbus_v"] ** 2),
             "sensed_deg": self.sensed_deg, "sensed_share": math.sin(math.radians(self.sensed_deg)),

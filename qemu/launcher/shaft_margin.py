@@ -9,6 +9,8 @@ import numpy as np
 SLOW_S = 1e-3  # the loop's period; its speed is the way of one
 LATE_S = 0.25e-3  # from the encoder's sample to the torque: 60 us of the slow loop (make run), and 1 / (2 pi 1 kHz)
 MARGIN = 2.0   # of gain, as the drive leaves itself where it lowers its own: 6 dB
+FILTERED_HZ = 100.0  # from which on it can filter a coupling: NOTCH_C_MOST_Q13 of firmware/control/notch.h
+OCTAVES, HALVINGS = 10, 14  # in which a bandwidth is looked for, to a thousandth
 
 
 def swings_up(speed_bw_hz, rotor_kgm2, load_kgm2, stiffness_nm_rad, damping_nms):
@@ -29,6 +31,20 @@ def swings_up(speed_bw_hz, rotor_kgm2, load_kgm2, stiffness_nm_rad, damping_nms)
     loop[4, 0] = 1
     loop[5] = asked
     return bool(np.abs(np.linalg.eigvals(loop)).max() > 1 + 1e-6)  # one is 1: the angle, which nothing holds
+
+
+def left_hz(speed_bw_hz, rotor_kgm2, load_kgm2, stiffness_nm_rad, damping_nms):
+    """What a coupling too soft to be filtered leaves of a speed loop's bandwidth, with MARGIN: no gain that sees the
+    rotor alone has more. Other couplings leave all of it."""
+    reduced_kgm2 = rotor_kgm2 * load_kgm2 / (rotor_kgm2 + load_kgm2)
+    shaft = (rotor_kgm2, load_kgm2, stiffness_nm_rad, damping_nms)
+    if math.sqrt(stiffness_nm_rad / reduced_kgm2) > 2 * math.pi * FILTERED_HZ or not swings_up(speed_bw_hz, *shaft):
+        return speed_bw_hz
+    low_hz, high_hz = speed_bw_hz / 2 ** OCTAVES, speed_bw_hz
+    for _ in range(HALVINGS):
+        middle_hz = math.sqrt(low_hz * high_hz)
+        low_hz, high_hz = (low_hz, middle_hz) if swings_up(middle_hz, *shaft) else (middle_hz, high_hz)
+    return low_hz
 
 
 def _after(shaft, time_s):

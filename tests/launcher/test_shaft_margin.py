@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Whether a coupling lets a speed loop swing up, against the two masses played in small steps of time."""
 import math
+import re
 
 import pytest
 
-from launcher.shaft_margin import LATE_S, MARGIN, SLOW_S, swings_up
+from launcher.paths import REPO
+from launcher.shaft_margin import FILTERED_HZ, LATE_S, MARGIN, SLOW_S, left_hz, swings_up
 
 ROTOR, STEPS = 1e-4, 200  # of a millisecond
 
@@ -48,3 +50,16 @@ def test_it_says_so_where_the_shaft_swings_up(speed_bw_hz, ratio, hz):
 def test_the_cases_say_both():
     assert swings_up(60, *shaft(9.0, 160)) and not swings_up(60, *shaft(0.3, 410)), "as lot 7, and a stiff one"
     assert not swings_up(60, *shaft(7.0, 1012)), "at a multiple of the loop's rate nothing is seen, nor done"
+
+
+@pytest.mark.parametrize("ratio, hz", ((9.0, 30), (82.0, 31.7), (26.0, 23), (5.0, 80)))
+def test_what_a_soft_coupling_leaves_is_the_most_that_does_not_swing_up(ratio, hz):
+    left = left_hz(60, *shaft(ratio, hz))
+    assert left < 30 and not swings_up(0.99 * left, *shaft(ratio, hz)) and swings_up(1.01 * left, *shaft(ratio, hz))
+    assert left_hz(left / 2, *shaft(ratio, hz)) == left / 2, "not more than was told"
+
+
+def test_what_a_notch_takes_leaves_all_of_it():
+    assert swings_up(60, *shaft(9.0, 160)) and left_hz(60, *shaft(9.0, 160)) == 60
+    c_q13 = int(re.search(r"#define NOTCH_C_MOST_Q13 (\d+)", (REPO / "firmware/control/notch.h").read_text())[1])
+    assert FILTERED_HZ == pytest.approx(math.acos(c_q13 / 2**14) / (2 * math.pi * SLOW_S), rel=1e-3)
