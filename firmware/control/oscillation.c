@@ -65,25 +65,30 @@ static void take_share(struct oscillation *o, int32_t share_q15)
     o->blocks = 0;
 }
 
-/* It was there, and has not faded since. */
-static bool is_as(uint32_t before_q24, uint32_t level_q24)
+static bool was_there(uint32_t before_q24, uint32_t level_q24)
 {
-    return before_q24 > level_q24 / BEFORE_PART && level_q24 > before_q24 - before_q24 / 4u;
+    return before_q24 > level_q24 / BEFORE_PART;
+}
+
+static bool lasts(uint32_t before_q24, uint32_t level_q24)
+{
+    return level_q24 > before_q24 - before_q24 / 4u;
 }
 
 /*
- * What swings far beyond the limit did so in the block before, too; a step's answer did not. Less may be fading, since the last
- * change or the end of a ramp, too slowly for one block to show it: it is compared with the block before the last as well.
+ * What swings far beyond the limit did so in the block before, too; a step's answer did not. Less may be fading since the last
+ * change: it is compared with the block before the last. The first swing is taken as it begins, since at the limit it may fall
+ * below OSCILLATION_HZ; a later one may be a light rotor's answer to the end of a ramp: it has to have been there for two
+ * blocks.
  */
 static bool goes_on(const struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
 {
-    if (!is_as(o->level_q24[0], level_q24)) {
-        return false;
-    }
+    const bool was_last = was_there(o->level_q24[0], level_q24);
     if (level_q24 * 2u > square_q24(i_max_q12)) {
-        return o->blocks >= SETTLE_BLOCKS;
+        return o->blocks >= SETTLE_BLOCKS && was_last && lasts(o->level_q24[0], level_q24);
     }
-    return o->blocks >= FADE_BLOCKS && is_as(o->level_q24[1], level_q24);
+    const bool begins = !was_last || !was_there(o->level_q24[1], level_q24);
+    return o->blocks >= FADE_BLOCKS && (o->answered == 0u || !begins) && lasts(o->level_q24[1], level_q24);
 }
 
 static bool is_fast_swing(const struct oscillation *o, const struct tone_found *found)

@@ -3,10 +3,10 @@
  * Finds that the speed loop oscillates with its shaft, and by how much its gains are too large. Slow loop, once a millisecond.
  *
  * Seen is the proportional part of the torque demand, in blocks of 16 ms: a tone above OSCILLATION_HZ, well above what the loop
- * is to follow, of more than a quarter of i_max, that was there in the two blocks before (in one, if it meets the torque limit)
- * and does not fade. A ramp and a reversal are no tone of such a frequency; the answer to a step, or a light rotor's to the end
- * of a ramp, is over in a block or two; cogging and ripple are below a tenth of i_max, and half an edge a millisecond below
- * edge_q12. What swings faster than 500 Hz is seen folded below it, and acts there.
+ * is to follow, of more than a quarter of i_max, that does not fade. It was there in the block before, if it meets the torque
+ * limit; in two, if it is not the first. A ramp and a reversal are no tone of such a frequency; the answer to a step, or a
+ * light rotor's to the end of a ramp, is over in a block or two; cogging and ripple are below a tenth of i_max, and half an
+ * edge a millisecond below edge_q12. What swings faster than 500 Hz is seen folded below it, and acts there.
  *
  * A swing that has met the torque limit may be no tone any more: what the limit leaves of it beats with the samples. So what
  * swings that far, that fast, for HARD_BLOCKS needs no purity, where edges of the encoder cannot be what is seen.
