@@ -37,6 +37,9 @@ WARNED = "warning: oscillation"
 # what less gain makes worse; and the torque's swing before that steps the reference of i_d
 SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load", "i_d error, whole run, largest")
 
+# what a current loop cannot help whose current is gone within a PWM period
+OF_CURRENT = ("i_d error", "current distortion", "peak current", "torque ripple")
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -191,14 +194,19 @@ def judged(result):
         softened = WARNED in result.console and re.search("SPEED_DEVIATION", said)
         truth = truth_of(said, plant, asks) or (plant.swings() if softened else "")
         return Judged(TRUE if truth else WRONG, said, truth)
-    truth = (plant.lacks(*asks) if asks else "") or (plant.swings() if is_slower(result) else "")
+    truth = ((plant.lacks(*asks) if asks else "") or (plant.swings() if is_slower(result) else "")
+             or (plant.forgets_in_a_period() if all_failed(result, OF_CURRENT) else ""))
     return Judged(TRUE if truth else WRONG, failed(result), truth)
 
 
 def is_slower(result):
     """The drive has lowered its gains, has said so, and nothing else is amiss."""
-    return WARNED in result.console and all(
-        name.startswith(SLOWER) for name, figure in result.figures.items() if figure.passed is False)
+    return WARNED in result.console and all_failed(result, SLOWER)
+
+
+def all_failed(result, names):
+    """Whether nothing but these has failed."""
+    return all(name.startswith(names) for name, figure in result.figures.items() if figure.passed is False)
 
 
 def truth_of(said, plant, asks=None):

@@ -103,6 +103,14 @@ def test_a_drive_that_warned_of_an_oscillation_may_answer_the_load_more_slowly()
     assert slower(drive(**SOFT), dip, fault="ENCODER_COUNTS").word == WRONG
 
 
+def test_a_current_that_is_gone_within_a_period_cannot_be_regulated():
+    """But the speed can."""
+    gone = {"electrical": {"ld_h": 1e-5, "lq_h": 1e-5}, "saturation": dict.fromkeys(("loss_d", "loss_q", "loss_flux"), 0.0)}
+    assert slower(drive(**gone), "i_d error, steady, rated load, rms", "peak current, whole run", warned="").word == TRUE
+    assert slower(drive(**gone), "i_d error, whole run, rms", "speed error, steady, no load, mean", warned="").word == WRONG
+    assert slower(drive(), "i_d error, steady, rated load, rms", warned="").word == WRONG
+
+
 # Rated torque takes 895 rpm in 4.1 ms, and 436 in 2: an observer tells it later than an encoder.
 LIGHT = {"load": {"inertia_ratio": 0.0}, "mechanical": {"inertia_kgm2": 1.2e-5}}
 HANGING = {"inertia_ratio": 0.4, "stiffness_nm_rad": 0.2, "damping_nms": 3e-5}  # at 38 Hz: 4.1 ms late
