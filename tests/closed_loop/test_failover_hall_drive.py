@@ -34,7 +34,7 @@ CASES = [
         (HOVERBOARD, -1.0, 0.5, breaks("C"), 0.9, 2),
         (TEKNIC, 0.5, 1.0, breaks("C"), 0.9, 2),
         (DYS, 0.5, 1.0, breaks("A"), 1.6, 2),
-        ("qs138_3kw", 1.0, 0.5, breaks("B"), 1.1, 2),
+        ("qs138_3kw", 1.0, 0.5, breaks("B"), 1.2, 2),
         ("maxon_ec22", 0.5, 1.0, breaks("C"), 1.7, 2))],
 ]
 
