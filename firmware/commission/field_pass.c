@@ -69,7 +69,9 @@ int32_t field_pass_counts_q4(const struct field_pass *p)
 
 bool field_pass_even(const struct field_pass *p, int32_t part)
 {
-    const int32_t first = p->sum_counts[1] - p->sum_counts[0];
-    const int32_t second = p->sum_counts[2] - p->sum_counts[1];
-    return q15_abs(second - first) / 2 * part <= q15_abs(second + first) / 2 + part * (int32_t)p->measure_ms;
+    const int64_t first = (int64_t)p->sum_counts[1] - p->sum_counts[0];
+    const int64_t second = (int64_t)p->sum_counts[2] - p->sum_counts[1];
+    const int64_t apart = second > first ? second - first : first - second;
+    const int64_t both = second + first < 0 ? -(second + first) : second + first;
+    return apart / 2 * part <= both / 2 + (int64_t)part * p->measure_ms;
 }

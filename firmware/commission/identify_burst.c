@@ -51,10 +51,10 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
     burst_set_gains(c, kp_d_q9, kp_q_q9, ki_q15);
 }
 
-void burst_fit(struct burst *b, const volatile struct current_loop *c)
+int32_t burst_room_steps(const volatile struct current_loop *c)
 {
     const int32_t held_steps = (q15_abs(c->integral_d_q9) + q15_abs(c->integral_q_q9)) >> PI_SHIFT;
-    b->v_steps = q15_clamp(LOOP_V_D_MAX_STEPS - held_steps, 1, b->v_steps);
+    return q15_max(LOOP_V_D_MAX_STEPS - held_steps, 1);
 }
 
 int32_t burst_peak_q15(const struct burst *b)

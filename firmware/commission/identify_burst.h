@@ -55,8 +55,8 @@ int32_t burst_sign(const struct burst *b, int32_t k);
  */
 void burst_play(struct burst *b, volatile struct current_loop *c, const struct adc_regs *adc);
 
-/* Lowers the wave so that, on top of the voltages held now, nothing limits it: a clipped one is not what it is taken for. */
-void burst_fit(struct burst *b, const volatile struct current_loop *c);
+/* How high a wave on top of the voltages held now may be: one that is clipped is not what it is taken for. */
+int32_t burst_room_steps(const volatile struct current_loop *c);
 
 /* The largest excursion of the current along the wave. Slow loop. */
 int32_t burst_peak_q15(const struct burst *b);

@@ -70,7 +70,7 @@ bool identify_measure_axes(struct identify *d, const struct measure_io *io)
     }
     struct burst_sums s = {0};
     if (m->bursts == 0u) {
-        burst_fit(b, io->loop);
+        b->v_steps = q15_min(b->v_steps, burst_room_steps(io->loop));
     }
     identify_play(d, io, PULLED_Q32, m->bursts / BURSTS_ANGLE * STEP_Q32);
     if (m->bursts + d->phase == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {

@@ -121,11 +121,14 @@ static void play(struct identify *d, struct identify_map_point *p, uint32_t half
     const uint32_t axis = both ? p->bursts[half] % 2u : 0u;
     const uint32_t field_q32 = current_loop_angle_q32(c);
     d->burst.turn_q32 = c->pll.speed_q32;
-    d->burst.v_steps = p->v_steps;
+    const int32_t room_steps = burst_room_steps(c);
     if (p->bursts[0] + p->bursts[1] == 0u) {
-        burst_fit(&d->burst, c);
-        p->v_steps = d->burst.v_steps;
+        p->v_steps = q15_min(p->v_steps, room_steps);
     }
+    if (p->v_steps > room_steps) {
+        return; /* it turns faster than at the first */
+    }
+    d->burst.v_steps = p->v_steps;
     identify_play(d, io, field_q32, field_q32 + axis * QUARTER_Q32);
     burst_add(&p->sums[axis][half], &d->burst, c->vbus_q15);
     p->bursts[half]++;

@@ -171,7 +171,7 @@ enum identify_reason identify_think_along(struct identify *d)
     /* swings that are long enough; unless it would be far too fast before the current has turned round */
     const int64_t late = late_rpm(d);
     d->swing_rpm = identify_within(late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS), d->rpm_most);
-    if (late * LATE_PART > d->rpm_most) {
+    if (d->ramp_mrad_s2 == 0 || late * LATE_PART > d->rpm_most) { /* too few samples: lighter still */
         identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
     }
     return IDENTIFY_NO_REASON;

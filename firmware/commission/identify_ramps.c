@@ -142,7 +142,9 @@ static void know_inertia(struct identify *d)
     const int64_t others = identify_root(gain * gain + late * late + bent * bent);
     const int64_t interval = identify_interval(inertia.deviation, others, flux);
     if (2 * interval > inertia.mean) {
-        identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_INERTIA, IDENTIFY_SWINGS);
+        const enum identify_reason against =
+            bent > late && bent > inertia.deviation ? IDENTIFY_SWINGS : IDENTIFY_SCATTER;
+        identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_INERTIA, against);
     } else {
         identify_know(d, IDENTIFY_INERTIA, inertia.mean, interval);
     }

@@ -13,9 +13,9 @@
 #define PULSES_EACH 4u
 #define LEAST_Q15   24 /* one and a half of the ADC's steps, of the mean of many */
 #define RATED_PART  12
-/* Near what dead time takes, small inductances look as if they were salient: thrice that, or a third of the rated current. */
+/* Near what dead time takes, small inductances look as if they were salient: thrice that, or a quarter of the rated current. */
 #define BEYOND_STEPS (CONFIG_DEAD_COUNTS * 3 / 2 << CONFIG_V_SHIFT)
-#define BEYOND_PART  3
+#define BEYOND_PART  4 /* there twice the voltage may draw four times as much */
 
 #define HOLD_HZ   100 /* crossover, and by how much the loop's zero lies below it */
 #define HOLD_ZERO 4

@@ -49,6 +49,7 @@ struct hall_speed {
     uint32_t age_clocks;    /* since the last edge */
     uint32_t sector_clocks; /* between the last two edges */
     uint32_t clocks;        /* measuring time, or the time since the last edge if longer */
+    bool by_turn;           /* it was a whole turn */
     int32_t load_q8;        /* speed change by the load in a millisecond, as push_q8 */
     /* speed expected from torque and that load, and the angle it integrates to; both wrap */
     uint64_t pushed_q32;

@@ -211,6 +211,7 @@ static void measure_speed(struct hall *h, const struct reading *r, const struct 
                                      s->pushed_angle_at_q32[before % HALL_EDGES_STORED]);
     const uint32_t clocks = s->clock - clock_of(r, before);
     s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each misplaced switch */
+    s->by_turn = n == WHOLE_TURN;
     const int64_t rest_q32 = mean_speed(sector_travel(h, r->state, s->direction, n) - pushed, clocks, t);
     const int64_t change_q32 = believed(h, n, clocks, likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32));
     learn_load(h, clocks, believed(h, n, clocks, change_q32));
@@ -294,8 +295,8 @@ static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct 
 {
     const uint32_t expected_q32 = (uint32_t)s->speed_q32 * (uint32_t)t->loops_per_slow;
     const int32_t beyond_q32 = (int32_t)(angle_q32 - s->angle_q32 - expected_q32);
-    const bool whole_turn = s->intervals == WHOLE_TURN && s->clocks < MEAN_CLOCKS;
-    s->travel_q32 = s->speed_q32 + (whole_turn ? 0 : beyond_q32 / t->loops_per_slow);
+    const bool by_turn = s->by_turn && s->intervals == WHOLE_TURN && s->age_clocks < MEAN_CLOCKS;
+    s->travel_q32 = s->speed_q32 + (by_turn ? 0 : beyond_q32 / t->loops_per_slow);
     s->angle_q32 = angle_q32;
 }
 

@@ -133,7 +133,7 @@ class Drive:
     def sensed_deg(self):
         """What the sensor of the angle leaves open, electrical: see names()."""
         count_deg = 360 * self.motor["electrical"]["pole_pairs"] / self.motor["encoder"]["counts_per_rev"]
-        hall_deg = 35.0 + math.degrees(self.motor["hall"]["hall_hysteresis_rad"]) / 2
+        hall_deg = 35.0 + math.degrees(self.motor["hall"]["hall_hysteresis_rad"])  # by which each edge comes late, either way
         return {0: min(count_deg, 90.0), 1: 90.0, 2: hall_deg}[int(self.motor["control"]["angle_source"])]
 
     @property
@@ -236,7 +236,7 @@ class Drive:
                    alignment, as planned: few starts take longer), settle_s (after a step or a ramp), steady_s (a window of
                    rest: a turn or more)
         sensor     sensed_deg (electrical, between what the sensor of the angle tells apart: a count; half a sector of Hall
-                   switches, 5 degrees and half their hysteresis; 90 without either, where a field leads), sensed_share (its
+                   switches, 5 degrees and their hysteresis; 90 without either, where a field leads), sensed_share (its
                    sine), heard_s (by how much speed is known late at work_rpm: see there), led_share (1 if a field leads
                    there, or 0)
         position   stuck_deg (as far off friction, stiction and cogging hold the shaft against the position loop's gain alone),

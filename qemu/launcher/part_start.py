@@ -14,7 +14,7 @@ from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, b
                    first_fault, late, late_s, matches, mean_angle_deg, numbers, operation_s, scenario)
 
 NAME = "start"
-OFFSET_MAX_DEG = 3.0       # electrical; at standstill half a count more: within a count the encoder cannot tell
+OFFSET_MAX_DEG = 3.0       # electrical; at standstill more, by what the sensor leaves open: half a count
 MOVEMENT_MAX_DEG = 1080.0  # electrical: ALIGNMENT_TURNS of firmware/commission/alignment.h, to either side
 LONGEST_S = 15.0
 STAND_S, TURN_S = 0.1, 0.5  # at standstill, then turning: each is judged
@@ -89,7 +89,8 @@ def judge(run, allowed, bounded=True):
         return Verdict("undecided", f"neither {OPERATION} nor a fault after {run.trace['t_s'][-1]:.1f} s", figures)
     turning = late_s(run, STAND_S)
     windows = {"standing": run.window(turning - DECIDED_S, turning), "turning": run.window(turning + TURN_S / 2, None)}
-    unseen_deg = {"standing": run.drive.sensed_deg / 2, "turning": 0.0}
+    count = run.drive.motor["control"]["angle_source"] == 0
+    unseen_deg = {"standing": run.drive.sensed_deg / (2 if count else 1), "turning": 0.0}
     wrong = list(beyond)
     for name, window in windows.items():
         error = mean_angle_deg(angle_error_deg(run, window))

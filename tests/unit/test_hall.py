@@ -149,16 +149,17 @@ def test_switches_out_of_place_by_five_degrees_cost_as_much_and_no_more(c, hz):
     assert np.abs(speeds / hz - 1).max() < (0.003 if hz == 300 else 0.15)
 
 
-@pytest.mark.parametrize("hz, step", ((300, 0.003), (100, 0.003), (20, 0.02)))
-def test_the_memory_of_the_speed_loop_does_not_step_at_a_switch_that_is_out_of_place(c, hz, step):
-    """While a whole turn tells the speed: 22 % of torque ripple at rated load (lot 119). Slower, it counts the angle."""
+@pytest.mark.parametrize("hz", (300, 100, 40, 20))
+def test_the_memory_of_the_speed_loop_does_not_step_at_a_switch_that_is_out_of_place(c, hz):
+    """While a whole turn tells the speed: 22 % of torque ripple at rated load (lot 119). Slower, it counts the angle. The
+    mean is exact: it loses nothing between them."""
     edges = [(n / 6 + (0.014 if n % 3 == 0 else 0)) for n in range(6)]
     rotor = Rotor(c, Switches(edges=edges), start=0.1, table=Switches())
     rotor.turning(hz, 300)
     rotor.turning(hz, 600)
     off = np.abs(np.array(rotor.ways) / hz - 1)
-    assert off.max() < step if hz > 50 else off.max() > step
-    assert np.mean(rotor.ways) == pytest.approx(hz, rel=0.002 if hz > 50 else 0.02)
+    assert off.max() < 0.003 if hz > 50 else off.max() > 0.1
+    assert np.mean(rotor.ways) == pytest.approx(hz, rel=1e-3)
 
 
 @pytest.mark.parametrize("hz", (60, 300, 1000))

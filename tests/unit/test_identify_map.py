@@ -339,7 +339,10 @@ def test_map_waves_leave_room_for_the_voltage_that_holds_the_current(c, begun, h
     rotor.loop.angle_offset_q32, rotor.speed.integral_q29 = 0, 0
     rotor.loop.integral_d_q9, rotor.loop.integral_q_q9 = held // 2 * 512, (held - held // 2) * 512
     c.identify_measure(begun, rotor.io)
-    assert p.bursts[0] + p.bursts[1] > 0 and p.v_steps == begun.burst.v_steps == fits
+    assert p.bursts[0] + p.bursts[1] == 1 and p.v_steps == begun.burst.v_steps == fits
+    rotor.loop.integral_d_q9, begun.phase_ms, rotor.loop.angle_offset_q32 = MOST_STEPS * 512, 100, 0
+    c.identify_measure(begun, rotor.io)
+    assert p.bursts[0] + p.bursts[1] == (1 if fits > 1 else 2), "a later one waits until it fits"
 
 
 @pytest.mark.parametrize("ripple_q10, level, hidden", ((0, 1, False), (1500, 1, True), (1500, 3, False)))
