@@ -24,7 +24,7 @@ REST = [
     "sensorless:thor_pmsyrm/flying/20", "saliency:thor_pmsyrm/hold1/45/silent",
 ]
 LONG = ["identify:maxon_ec45flat/seed2", "wiring:qs138_3kw/encoder_frozen", "supervision:estun_emj04apb22/reversal/chopper",
-        "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1"]
+        "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1", "identify:lot:112/seed1"]
 HOISTED = ("lot:22", "lot:28")  # an outrunner and a traction motor, from twelve angles: right, or not at all
 LONG += sorted({f"start:{motor}/hoist{size}/{angle}" for motor in HOISTED for size in (20, 50) for angle in range(0, 360, 30)}
                - set(SAMPLE)) + ["start:lot:28/hoist50/200"]
