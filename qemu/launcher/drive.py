@@ -89,16 +89,24 @@ class Drive:
         return min(max(2 * math.pi * math.sqrt(inertia_kgm2 / stiffness), 0.03), 1.5)
 
     @property
+    def inverse_at_rest(self):
+        """(1 / Ld, 1 / Lq) without current, for small changes."""
+        saturation, electrical = self.motor.saturation(), self.motor["electrical"]
+        if saturation is None:
+            return 1 / electrical["ld_h"], 1 / electrical["lq_h"]
+        return inverse_at_rest(saturation, electrical["flux_wb"])
+
+    @property
     def stiffer(self):
         """(d, q): the inductances that the current loop is tuned for, by those without current; 1 where iron saturates little.
 
         A data file with a measured map has those of the rated current, where there is least. At a smaller current the loop's
         crossover lies between what it was tuned to and this share of it. In q it follows the current if lq_rest_h is told.
         """
-        saturation, electrical = self.motor.saturation(), self.motor["electrical"]
-        if saturation is None:
+        electrical = self.motor["electrical"]
+        if self.motor.saturation() is None:
             return 1.0, 1.0
-        by_ld, by_lq = inverse_at_rest(saturation, electrical["flux_wb"])
+        by_ld, by_lq = self.inverse_at_rest
         tuned_lq_h = max(electrical["lq_h"], self.motor["control"]["lq_rest_h"])
         return min(1.0, electrical["ld_h"] * by_ld), min(1.0, tuned_lq_h * by_lq)
 

@@ -19,7 +19,7 @@ from .drive import twin_items
 from .errors import LauncherError
 from .part import ON_S, PREAMBLE_S, PartCase, Setup, Verdict, bridge_is_off, event, first_fault
 from .rules import RPM
-from .saturation import Saturation, inverse_at_rest
+from .saturation import Saturation
 
 NAME = "identify"
 SEEDS = 8
@@ -204,7 +204,7 @@ def standing_rows(run):
     on, taken = np.flatnonzero(run.trace["gate_live"]), taken_s(run)
     if taken is None and "ended in step 'turn'" in run.console:
         taken = run.trace["t_s"][on[-1]]
-    turn_s = FIELD_TURN_S + (SOFT_TURN_S if is_reluctant(run.drive) else 0)
+    turn_s = FIELD_TURN_S + (SOFT_TURN_S if is_doubled(run.drive) else 0)
     turn_s *= SLOWER if taken is not None and field_turns_slowly(run, taken) else 1
     return on if taken is None else on[run.trace["t_s"][on] < taken - turn_s]
 
@@ -323,14 +323,14 @@ def may_be_refused(name, reason, load, run):
     if load == "hoist":
         return True
     if load == "friction" and "holds it back" in reason:  # what lets flux be known turns a reluctant rotor no longer
-        return is_reluctant(run.drive)
+        return is_doubled(run.drive)
     if name in MAP and "ripple and dead time" in reason:
         return name.startswith("ld") and "in q" in name
     if name not in STANDING and is_true_of_turning(reason, name, run.drive):
         return True
     if name in TORQUE:
-        return "no current in d" in reason and not is_reluctant(run.drive)
-    return (name in TURNED and is_reluctant(run.drive)) or (name in UNRESOLVED and "too small for the sensors" in reason)
+        return "no current in d" in reason and not is_doubled(run.drive)
+    return (name in TURNED and is_doubled(run.drive)) or (name in UNRESOLVED and "too small for the sensors" in reason)
 
 
 def is_true_of_turning(reason, name, drive):
@@ -340,10 +340,9 @@ def is_true_of_turning(reason, name, drive):
     return light or bool(swings) or ("holds it back" in reason and is_held_back(drive))
 
 
-def is_reluctant(drive):
-    """Whether without current one inductance is about twice the other."""
-    e, saturation = drive.motor["electrical"], drive.motor.saturation()
-    by_d, by_q = inverse_at_rest(saturation, e["flux_wb"]) if saturation else (1 / e["ld_h"], 1 / e["lq_h"])
+def is_doubled(drive):
+    """Whether without current one inductance is about twice the other: what identify calls a reluctance machine."""
+    by_d, by_q = drive.inverse_at_rest
     return by_d > TURNED_RATIO * by_q
 
 
@@ -355,7 +354,7 @@ def is_elastic(drive):
 
 def is_held_back(drive):
     """Whether the little current with which a reluctant machine may be turned drives its ramps in time."""
-    if not is_reluctant(drive):
+    if not is_doubled(drive):
         return False
     motor, turns = drive.motor, drive.torque_per_ampere * drive.motor["rating"]["rated_current_a"] * RAMP_SHARE
     holds = (motor["mechanical"]["friction_coulomb_nm"] + motor["load"]["coulomb_nm"] + motor["iron"]["iron_hysteresis_nm"])

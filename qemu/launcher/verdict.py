@@ -17,7 +17,6 @@ from .kinds_protection import enumerator
 from .refusals import NAME, refusals, typed
 from .ripple import largest_ripple_a
 from .rules import RPM
-from .saturation import inverse_at_rest
 from .shaft_margin import MARGIN, swings_up
 from .spread import drawn
 
@@ -37,8 +36,8 @@ WARNED = "warning: oscillation"
 # what less gain makes worse; and the torque's swing before that steps the reference of i_d
 SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load", "i_d error, whole run, largest")
 
-# what a current loop cannot help whose current is gone within a PWM period
-OF_CURRENT = ("i_d error", "current distortion", "peak current", "torque ripple")
+# what a loop cannot help whose current is gone within a PWM period
+OF_CURRENT = ("i_d error", "current distortion", "torque ripple")
 
 
 @dataclass(frozen=True)
@@ -148,8 +147,7 @@ class Plant:
 
     def shows_too_little(self, *_):
         """The saliency answers even the largest voltage of injection by less per degree than the drive asks for."""
-        e, saturation = self.drive.motor["electrical"], self.drive.motor.saturation()
-        by_ld, by_lq = inverse_at_rest(saturation, e["flux_wb"]) if saturation else (1 / e["ld_h"], 1 / e["lq_h"])
+        by_ld, by_lq = self.drive.inverse_at_rest
         swing_a = 2 * self.names["v_min_V"] / math.sqrt(3) * PERIOD_S * (by_ld - by_lq)
         lsb = math.radians(swing_a) / self.names["i_range_A"] * 2**15
         return f"the current answers by {lsb:.2g} LSB a degree at most" if lsb < ANSWER_LSB else ""

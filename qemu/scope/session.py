@@ -86,7 +86,7 @@ class Session:
             send({"kind": "answer", "line": line, "lines": lines, "own": other is page})
 
     async def take(self, page, message):
-        """What a page has sent, and be it the last thing before it was closed. Answers and news go to all."""
+        """What a page has sent, even if it has been closed since. Answers and news go to all."""
         if page in self.pages:
             self.pages[page][1] = time.monotonic()
         kind = message.get("kind")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """PART=identified and the map of PART=identify: what is judged right passes, and each way to be wrong fails."""
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from launcher.errors import LauncherError
 from launcher.figures import Figure
 from launcher.part import PartCase
 from launcher.parts import plan_part
+from launcher.paths import REPO
 
 TOLD = {"resistance_mohm": 1000, "ld_uh": 1000, "lq_uh": 1000}
 CONSOLE = """> identify use
@@ -136,6 +138,19 @@ def test_without_saturation_the_map_is_constant():
     plant = {"motor.ld_h": 1e-3, "motor.lq_h": 2e-3, "motor.flux_wb": 0.1}
     flux, inductance = part_identify.at(plant, None, -5.0, 3.0)
     assert flux.tolist() == pytest.approx([0.095, 0.006]) and np.diag(inductance).tolist() == [1e-3, 2e-3]
+
+
+def test_what_a_refusal_is_held_against_is_what_the_firmware_has():
+    def number(file, name):
+        text = (REPO / "firmware/commission" / f"{file}.c").read_text()
+        return int(re.search(rf"#define {name}\s+(\d+)", text)[1])
+
+    assert part_identify.RAMP_SHARE == 1 / number("identify_index", "RELUCTANT_PART")
+    assert part_identify.SPEED_SHARE == 1 / number("identify_index", "SPEED_SHARE")
+    assert part_identify.RAMP_S == number("identify_ramps", "PATIENCE_MS") / 1000
+    assert part_identify.LATE_S == number("identify_map_think", "LATE_MS") / 1000
+    assert part_identify.LATE_SHARE == pytest.approx(1 / number("identify_map_think", "LATE_PART"), rel=0.15)  # drawn
+    assert part_identify.SWINGS_HZ == 3 * number("identify_tune", "TURNING_SPEED_HZ")
 
 
 def test_lines_of_the_map_are_read():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from launcher import LauncherError
 from launcher.cli import main
 from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor, read_toml
-from launcher.drive import HALL_MEAN_S, OBSERVER_PART, OBSERVER_POLES, load_drive, preamble, twin_items
+from launcher.drive import HALL_MEAN_S, OBSERVER_LEADS, OBSERVER_PART, OBSERVER_POLES, load_drive, preamble, twin_items
 from launcher.expression import evaluate, fill, number
 from launcher.paths import REPO
 from launcher.scenario import load_scenario
@@ -334,4 +334,6 @@ def test_how_a_source_lags_is_what_the_firmware_has():
     of = {name: int(re.search(rf"#define {name}\s+(\d+)", observer)[1]) / 256
           for name in ("TRACK_LEAST_Q8", "TRACK_LARGEST_Q8", "TRACK_BY_MARGIN")}
     assert tuple(of.values()) == pytest.approx((*OBSERVER_POLES, 1 / OBSERVER_PART), rel=0.01)
+    leads = re.search(r"#define OBSERVER_LEADS_Q8 \((\d+) \* 256 / 10\)", (REPO / "firmware/control/observer.h").read_text())
+    assert int(leads[1]) / 10 == OBSERVER_LEADS
     assert int(re.search(r"#define MEAN_CLOCKS\s+\((\d+)u \* \(BOARD_FABRIC_HZ / 1000u\)\)", hall)[1]) == HALL_MEAN_S * 1000
