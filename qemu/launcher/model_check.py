@@ -15,6 +15,7 @@ from pathlib import Path
 from .data import available
 from .drive import RPM, load_drive, twin_items
 from .errors import LauncherError
+from .measured_flux import flux_table, measured_of
 from .paths import MOTORS, build_dir, shown
 
 
@@ -87,12 +88,19 @@ def check_models(motor, build, out):
     program = build_dir(build) / "qemu" / "modelcheck"
     if not program.is_file():
         raise LauncherError(f"{shown(program)} is missing: run make twin first")
-    failed = 0
+    failed, fluxes = 0, {}
     for name in [motor] if motor else shipped():
         drive = load_drive(name)
-        rows = list(_rows(drive, _measured(name, drive, program)))
+        figures = _measured(name, drive, program)
+        rows = list(_rows(drive, figures))
         _print_table(drive, rows, out)
         failed += sum(not row.within for row in rows)
+        if points := measured_of(drive.motor.key):
+            fluxes[drive.motor.key] = [figures[f"map_psi_d@{_current_text(i_d_a, 0)}"] for i_d_a in points.i_d_a]
+    if fluxes:
+        lines, beyond = flux_table(fluxes)
+        out("\n".join(lines) + "\n")
+        failed += beyond
     out(f"{failed} points are outside their tolerance" if failed else "every point is within its tolerance")
     return 1 if failed else 0
 
@@ -110,6 +118,8 @@ def bench(drive, program):
     motor = drive.motor
     currents = {_current_text(0, motor["rating"]["rated_current_a"]): None}
     currents.update({_current_text(point.i_d_a, point.i_q_a): None for point in motor.points})
+    if points := measured_of(motor.key):
+        currents.update({_current_text(i_d_a, 0): None for i_d_a in points.i_d_a})
     speeds = {speed: None for key in motor.checks for _, speed in [_at_speed(key)] if speed}
     options = [f"rated_a_rms={motor['rating']['rated_current_a'] / math.sqrt(2):.9g}"]
     options += [f"map={text}" for text in currents] + [f"drag_rpm={speed}" for speed in speeds]

@@ -6,6 +6,7 @@ import pytest
 
 from launcher import LauncherError
 from launcher.data import load_motor
+from launcher.measured_flux import measured, measured_of, polynomial
 from launcher.model_check import check_models, is_known, shipped
 
 # what the maxon motor's ideal model must measure; the test does not ask the twin
@@ -70,6 +71,26 @@ def test_every_shipped_motor_on_the_bench(motor):
     """The twin's own model, at the published points; needs `make twin`."""
     lines = []
     assert check_models(motor, None, lines.append) == 0, "\n".join(lines)
+
+
+def test_a_map_that_leaves_the_measured_flux(bench):
+    """mj5208 by its figures, and with the flux at the largest current 70 % too large, which linear inductances give."""
+    motor, points = load_motor("mjbots_mj5208"), measured_of("mjbots_mj5208")
+    right = {"back_emf_line_line_peak": 3.289, "resistance_line_line": 0.094, "inductance_d": 1.0, "inductance_q": 1.762,
+             "drag_torque@1000": 0.01534, "energy_balance_error": 1e-6}
+    right.update({f"map_torque@0,{point.i_q_a:g}": point.values["torque_nm"] for point in motor.points})
+    right.update({f"map_psi_d@{i_d_a:g},0": psi for i_d_a, psi in zip(points.i_d_a, points.psi_d_wb)})
+    assert check_models("mjbots_mj5208", bench(right), lambda line: None) == 0
+    for i_d_a, share in ((-24.8, 1.7), (-24.8, 1.025), (-12.9, 0.985), (0, 1.011)):
+        name = f"map_psi_d@{i_d_a:g},0"
+        assert check_models("mjbots_mj5208", bench({**right, name: right[name] * share}), lambda line: None) == 1, name
+
+
+def test_measured_fluxes_and_the_form_of_the_map():
+    """Of what others have measured, the polynomial allows all but points that scatter by more themselves."""
+    near = {points.name: polynomial(points)[0] for points in measured()}
+    assert len(near) == 7
+    assert all(near[name] < 0.012 for name in ("mj5208", "be8108", "custom", "flipsky6374", "mad8318")), near
 
 
 def test_a_bench_that_fails(bench):

@@ -30,7 +30,7 @@ def test_as_far_as_psi_by_l_allows(motor):
 @pytest.mark.parametrize("motor, why", [("rctimer_gbm5208", "i_max 0.9 A takes 10 % away"), ("maxon_ec22", "takes 4 % away"),
                                         ("qs138_3kw", "takes 23 % away"),
                                         ("dys_be8108", "speeds end at 2800 rpm, 980 Hz"),
-                                        ("mjbots_mj5208", "takes 21 % away")])
+                                        ("mjbots_mj5208", "speeds end at 8400 rpm, 980 Hz")])
 def test_who_cannot_is_named(motor, why):
     drive = load_drive(motor)
     with pytest.raises(LauncherError, match="no field weakening") as refused:
