@@ -42,7 +42,7 @@ def measured_of(motor):
 
 
 def polynomial(points):
-    """(largest deviation, exponent S) of the d axis i_d = a_d0 psi + a_dd psi^(S+1) - i_f, a_d0 and a_dd not negative, that comes
+    """(largest deviation, exponent S) of the d axis i_d = a_d0 psi + a_dd psi^(S+1) - i_f, a_d0 and a_dd not negative, that is
     nearest to a motor's points."""
     psi = np.array(points.psi_d_wb) / points.at_rest_wb
     fluxes = np.linspace(0, 1.5, 15_001)
@@ -58,7 +58,7 @@ def polynomial(points):
 
 
 def flux_table(fluxes):
-    """Lines for all motors, and how many are beyond what they are held to. `fluxes`: our models', {motor: psi_d at the points}."""
+    """Lines for all motors, and how many are beyond what they are held to. `fluxes`: {motor of ours: psi_d at the points}."""
     lines = ["psi_d over i_d <= 0 as measured (qemu/motors/measured/psi_d.toml); deviations in % of the flux at rest",
              f"  {'':<14}{'to A':>7}{'at rest mWb':>13}{'polynomial':>17}{'our model':>11}{'allowed':>9}"]
     beyond = 0

@@ -8,7 +8,7 @@ signals; silent when the drive says nothing, with why, since when and its last w
 {"kind": "parameters"} and {"kind": "here"}.
 All see what one commands; "own" is true for that one.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
-stops it.
+stops it. Of a session that is killed the drive itself finds out: limit.py.
 """
 import asyncio
 import contextlib
@@ -16,16 +16,19 @@ import re
 import sys
 import time
 
+from mssfoc import texts
+
 from . import words
 from .drive import KEEP_UP_S, Drive, DriveError
 from .jog import Jog
+from .limit import Limit
 
 STATUS_S = 0.4
 LOOK_S = 0.1       # how often the line is looked at
 SILENCE_S = 5.0    # a page that has not said "here" for so long is gone
 STOP_S = 6.0       # from quick stop to off
 EVERY_MS = 1
-MOVES = ("on", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "csv", "cst", "learn")
+MOVES = ("on", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "csv", "cst", "learn", "sweep")
 CHANGES = ("set", "load", "defaults")  # and `identify use`
 MEANT_FOR_HERE = ("stream",)
 
@@ -34,7 +37,7 @@ class Session:
     def __init__(self, far):
         self.far, self.pages, self.started = far, {}, False
         self.drive = Drive(far, self._samples, self._said)
-        self._jog = Jog(self.drive.ask)
+        self._jog, self._limit, self._axes = Jog(self.drive.ask), Limit(self.drive.ask), ("",)
         self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
         self._silent, self._last_said = None, ""
         self._ending, self._tasks = asyncio.Event(), []
@@ -47,6 +50,9 @@ class Session:
             answer = await self.drive.ask(line)
             if answer != ["ok"]:
                 raise DriveError(f"'{line}': {' '.join(answer)}")
+        if "state" in texts.fields(await self.drive.ask("axis 2 status")):
+            self._axes = ("axis 1 ", "axis 2 ")
+        await self._limit.lend(self._axes)
         self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
         await self.drive.stream(EVERY_MS)
         self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line()),
@@ -57,6 +63,7 @@ class Session:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._stop()
         try:
+            await self._limit.put_back()
             await self.drive.ask("stream 0 115200")
             await self.far.set_baud(115200)
             await self.drive.ask("machine off")
@@ -112,14 +119,19 @@ class Session:
             self._answer(page, str(message.get("line", kind)), [f"error: {error}"])
 
     async def _line(self, page, line):
-        word = line.split(" ", 1)[0]
+        words_of = line.split()
+        for_axis = words_of[:2] if words_of[:1] == ["axis"] and len(words_of) > 2 else []
+        word, name, *_ = [*words_of[len(for_axis):], "", ""]
         if not line.isascii() or not line.isprintable() or len(line) > 80:
             self._answer(page, line, ["error: a line has at most 80 printable characters"])
             return
         if word in MEANT_FOR_HERE:
             self._answer(page, line, ["error: the page keeps the stream itself"])
             return
-        answer = await self.drive.ask(line)
+        if word == "set":
+            self._limit.see(name)
+        async with self._limit.around(word):
+            answer = await self.drive.ask(line)
         self.started = self.started or word in MOVES
         self._answer(page, line, answer)
         if line.startswith("scope signals ") and answer == ["ok"]:
@@ -141,6 +153,7 @@ class Session:
             return
         refusals = {}
         for name, value in values.items():
+            self._limit.see(name)
             answer = await self.drive.ask(f"set {name} {value}")
             if answer != ["ok"]:
                 refusals[name] = " ".join(answer)
@@ -205,6 +218,7 @@ class Session:
 
     async def _revive(self):
         await self.drive.revive()
+        await self._limit.lend()  # it may have been reset
         await self.drive.stream(EVERY_MS)
         self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
         self._silent = None
@@ -253,15 +267,18 @@ class Session:
             return
         self.started = False
         try:
-            await self.drive.ask("quickstop")
+            for axis in self._axes:
+                await self.drive.ask(f"{axis}quickstop")
             end = time.monotonic() + STOP_S
-            while time.monotonic() < end:
-                lines = await self.drive.ask("status")
-                if not re.search(r"operation enabled|quick stop", lines[0]):
-                    break
-                await asyncio.sleep(0.1)
-            await self.drive.ask("off")
+            for axis in self._axes:
+                while time.monotonic() < end:
+                    lines = await self.drive.ask(f"{axis}status")
+                    if not re.search(r"operation enabled|quick stop", lines[0]):
+                        break
+                    await asyncio.sleep(0.1)
+                await self.drive.ask(f"{axis}off")
         except DriveError as error:
             print(f"mssfoc: the motor may still turn, {error}", file=sys.stderr, flush=True)
             with contextlib.suppress(DriveError):
-                await self.drive.shout("quickstop")
+                for axis in self._axes:
+                    await self.drive.shout(f"{axis}quickstop")

@@ -121,7 +121,7 @@ async def _run(far, port, browser):
         if browser:
             await asyncio.to_thread(webbrowser.open, address)
         done = asyncio.Event()
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):  # HUP: its terminal was closed
             asyncio.get_running_loop().add_signal_handler(number, done.set)
         await done.wait()
     finally:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The Python client at a drive with two axes, by each line; what it says and when it stops, without a drive."""
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -52,7 +53,7 @@ def console(monkeypatch):
     def made(axes):
         port = Port(axes)
         monkeypatch.setattr("serial.serial_for_url", lambda *_, **__: port)
-        return port, mssfoc.connect("socket://x:1")
+        return port, mssfoc.connect("socket://x:1", command_timeout_ms=0)
     return made
 
 
@@ -170,7 +171,7 @@ def can_line(bus):
     line._sdo, line._offset = bus, 0  # pylint: disable=protected-access
     line._network = SimpleNamespace(disconnect=lambda: bus.asked.append("disconnected"))  # pylint: disable=protected-access
     line._errors = SimpleNamespace(SdoAbortedError=KeyError, SdoCommunicationError=IOError)  # pylint: disable=protected-access
-    line._can_error = OSError  # pylint: disable=protected-access
+    line._can_error, line._one_at_a_time = OSError, threading.RLock()  # pylint: disable=protected-access
     return line
 
 
@@ -228,6 +229,7 @@ def test_on_modbus_the_second_axis_has_the_next_address(sheet):
     line = ModbusLine.__new__(ModbusLine)
     line._slave, line._errors = Slave(7), SimpleNamespace(  # pylint: disable=protected-access
         SlaveReportedException=KeyError, ModbusException=IOError)
+    line._one_at_a_time = threading.RLock()  # pylint: disable=protected-access
     drive = BusDrive(line, sheet)
     second = drive.axis(2)
     Slave.heard.clear()

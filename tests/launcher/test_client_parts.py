@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The Python client without a drive: what half done things leave, and lists of registers that are none."""
+import threading
+
 import pytest
 
 from mssfoc import Error, Refused, Silent
@@ -8,6 +10,8 @@ from mssfoc.bus import BusDrive
 from mssfoc.drive import Drive
 from mssfoc.registers import Registers
 from mssfoc.texts import Parameter, accepted, capture, parameters
+from mssfoc.watch import NAME as TIMEOUT
+from mssfoc.watch import Watch
 from tools.client import register_list
 
 
@@ -18,7 +22,7 @@ class Stubborn(Drive):
         self.values = {"a": 1, "b": 2, "c": 3}
 
     def parameters(self, names=None):
-        return {name: Parameter(name, value, "", 0, 100) for name, value in self.values.items()}
+        return {name: Parameter(name, value, "", 0, 60000) for name, value in self.values.items()}
 
     def _set(self, name, value):
         if value == 13:
@@ -50,6 +54,77 @@ def test_what_cannot_be_put_back_is_named():
     with pytest.raises(Silent, match="^nobody; not put back: c$"):
         drive.set({"a": 7, "b": 8, "c": 13})
     assert drive.values == {"a": 1, "b": 2, "c": 3}
+
+
+class Limited(Stubborn):
+    """A drive with a limit of its own for its master's silence; `on`: it takes no parameters."""
+
+    def __init__(self, own_ms):
+        self.values, self.on_, self.kept, self.fed = {TIMEOUT: own_ms, "a": 1}, False, None, threading.Event()
+
+    def _set(self, name, value):
+        if self.on_:
+            raise Refused("while off")
+        self.values[name] = value
+
+    def _save(self):
+        self.kept = dict(self.values)
+
+    def _feed(self):
+        self.fed.set()
+
+    def close(self):
+        self._watch.end()
+
+
+@pytest.mark.parametrize("own_ms, asked_ms, then_ms", [(0, 5000, 5000), (0, 0, 0), (300, 5000, 300)])
+def test_a_drive_without_a_limit_is_lent_one(own_ms, asked_ms, then_ms, tmp_path):
+    drive = Limited(own_ms).watched(Watch(asked_ms))
+    assert drive.values[TIMEOUT] == then_ms
+    drive.save()
+    drive.write_settings(tmp_path / "settings")
+    assert drive.kept[TIMEOUT] == own_ms and f"set {TIMEOUT} {own_ms}\n" in (tmp_path / "settings").read_text()
+    drive.read_settings(tmp_path / "settings")
+    assert drive.values[TIMEOUT] == then_ms, "what is kept is the drive's own, and what holds is lent"
+    drive.close()
+    assert drive.values[TIMEOUT] == own_ms
+    with pytest.raises(Refused, match="1000...60000 ms, not 50"):
+        Watch(50)
+
+
+def test_what_the_program_sets_itself_stays():
+    drive = Limited(0).watched(Watch(5000))
+    drive[TIMEOUT] = 0
+    drive._watch.lend(drive)
+    drive.close()
+    assert drive.values[TIMEOUT] == 0
+    drive = Limited(0).watched(Watch(5000))
+    drive[TIMEOUT] = 700
+    drive.save()
+    drive.close()
+    assert drive.values[TIMEOUT] == drive.kept[TIMEOUT] == 700
+
+
+def test_a_drive_that_is_on_is_lent_it_when_it_is_switched_on_again():
+    drive = Limited(0)
+    drive.on_ = True
+    drive.watched(Watch(5000))
+    assert drive.values[TIMEOUT] == 0
+    drive.on_ = False
+    drive._watch.lend(drive)
+    assert drive.values[TIMEOUT] == 5000
+    drive.values[TIMEOUT] = 0  # as by `load`
+    drive._watch.lend(drive)
+    assert drive.values[TIMEOUT] == 5000
+    drive.on_ = True
+    drive.close()
+    assert drive.values[TIMEOUT] == 5000, "left turning, it is watched"
+
+
+def test_who_lives_is_heard():
+    drive = Limited(1000).watched(Watch(1000))
+    assert drive.fed.wait(60), "the thread speaks where the program does not"
+    drive.close()
 
 
 class Turning(Drive):

@@ -46,7 +46,12 @@ class BusDrive(Drive):
         return BusDrive(self._line.second(), self._registers)
 
     def close(self):
+        if self._first is None or self._first is self:
+            self._watch.end()
         self._line.close()
+
+    def _feed(self):
+        self._read("status_word")
 
     # ---- objects ----
 
@@ -194,8 +199,7 @@ class BusDrive(Drive):
     def _set(self, name, value):
         self._line.write(self._registers.parameters[name], value)
 
-    def save(self):
-        """Keeps parameters and reactions over power-off; while off and at rest."""
+    def _save(self):
         self._write("store", SAVE)
 
 

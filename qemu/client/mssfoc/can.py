@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Objects by SDO of CANopen, with python-can's interfaces (socketcan, socketcand, slcan, pcan, ...)."""
 import copy
+import threading
 
 from .errors import Refused, Silent
 
@@ -17,7 +18,7 @@ class CanLine:
         import canopen
 
         self._errors, self._can_error = canopen, can.CanError
-        self._network, self._offset = canopen.Network(), 0
+        self._network, self._offset, self._one_at_a_time = canopen.Network(), 0, threading.RLock()
         try:
             self._network.connect(interface=interface, channel=channel, **options)
         except (can.CanError, OSError, ValueError) as error:
@@ -47,7 +48,8 @@ class CanLine:
 
     def _answered(self, entry, ask, *arguments):
         try:
-            return ask(*arguments)
+            with self._one_at_a_time:
+                return ask(*arguments)
         except self._errors.SdoAbortedError as error:
             if self._offset and error.code == NO_OBJECT:
                 raise Refused("this drive has no axis 2") from error

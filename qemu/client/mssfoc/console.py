@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import re
+import threading
 import time
 
 import serial
@@ -17,6 +18,7 @@ from .frames import Splitter
 BAUD = 115200
 ANSWER_S = 20.0  # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow simulation takes longer
 ARRIVED = re.compile(r"done: (?:axis (\d): )?(?:in position|homed)")
+FEW = 4          # parameters that are sooner asked for by name: all of them take half a second
 QUIET_S = 0.3    # without text: nothing of an earlier answer is still to come
 PIECE_S = 0.02
 
@@ -32,6 +34,7 @@ class ConsoleDrive(Drive):
         self._answers, self._splitter, self._lost = Answers(), Splitter(), False
         self._console, self._number, self._prefix = self, 1, ""
         self._there = set()  # axes that have arrived
+        self._one_at_a_time = threading.RLock()  # the watch speaks, too
         self.said = []  # lines that came unasked, the oldest first
         try:
             self._enter_mode()
@@ -44,6 +47,7 @@ class ConsoleDrive(Drive):
         """The console is for people again."""
         if self._console is not self:
             return
+        self._watch.end()
         with contextlib.suppress(Error):  # it does not hear
             self._ask("machine off")
         self._port.close()
@@ -70,6 +74,13 @@ class ConsoleDrive(Drive):
         return self._console._ask(self._prefix + line)
 
     def _ask(self, line):
+        with self._one_at_a_time:
+            return self._asked(line)
+
+    def _feed(self):
+        self._console._ask("")
+
+    def _asked(self, line):
         if self._lost:  # an answer may still be to come that is not this one's
             self._enter_mode()
         while self._port.in_waiting:
@@ -120,8 +131,9 @@ class ConsoleDrive(Drive):
     # ---- what drive.py asks for ----
 
     def _command(self, word, value=None):
-        while self._port.in_waiting:  # a line of what was asked before
-            self._console._hear()
+        with self._one_at_a_time:
+            while self._port.in_waiting:  # a line of what was asked before
+                self._console._hear()
         self._there.discard(self._number)
         self.ask(word if value is None else f"{word} {value}")
 
@@ -160,7 +172,13 @@ class ConsoleDrive(Drive):
 
     def parameters(self, names=None):
         """{name: Parameter}, all of them or those that are named."""
-        every = texts.parameters(self.ask("get all"))
+        if names is not None and len(names) <= FEW:
+            every = {}
+            for name in names:
+                with contextlib.suppress(Refused):  # there is none of that name
+                    every |= texts.parameters(self.ask(f"get {name}"))
+        else:
+            every = texts.parameters(self.ask("get all"))
         return {name: one for name, one in every.items() if names is None or name in names}
 
     def _names(self):
@@ -169,8 +187,7 @@ class ConsoleDrive(Drive):
     def _set(self, name, value):
         self.ask(f"set {name} {value}")
 
-    def save(self):
-        """Keeps parameters and reactions over power-off; while off and at rest."""
+    def _save(self):
         self.ask("save")
 
     # ---- the scope, which is with one axis at a time ----

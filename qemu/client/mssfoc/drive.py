@@ -7,10 +7,12 @@ peak amperes, positions are encoder counts from the zero. Nothing here is for se
 import contextlib
 import difflib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .errors import Error, Faulted, Refused, Silent
 from .settings import OF_THE_LINE, read_settings, written_settings
+from .watch import NAME as TIMEOUT
+from .watch import Watch, ending_by_signal
 
 PATIENCE_S = 60.0  # for a start, which aligns the rotor, and for a move
 LOOK_S = 0.05      # between two looks at the state
@@ -38,19 +40,30 @@ class Fault:
 
 
 class Drive:
-    """A context manager: at its end the drive is stopped, if it was started from here, and the line closed.
+    """A context manager: at its end, that by SIGTERM or SIGHUP included, the drive is stopped, if it was started from here, and
+    the line closed. The drive itself stops when it hears nothing more (watch.py).
 
     Of a drive with two axes it is the first; `axis(2)` is the other. They share the line, which ends with the first.
     """
 
     _started, _first, _second = False, None, None
+    _watch, _signals = Watch(0), contextlib.nullcontext()
+
+    def watched(self, watch):
+        """This drive, from now on with a watch over it."""
+        self._watch = watch
+        watch.add(self)
+        return self
 
     def __enter__(self):
+        self._signals = ending_by_signal()
+        self._signals.__enter__()
         return self
 
     def __exit__(self, kind, *_):
         started = [one for one in (self, self._second) if one and one._started]
         with contextlib.ExitStack() as last_is_first:
+            last_is_first.callback(self._signals.__exit__, None, None, None)
             last_is_first.callback(self.close)
             for one in started:
                 last_is_first.callback(one._end, kind)
@@ -70,6 +83,7 @@ class Drive:
         if number == 2 and first._second is None:
             second = first._make_second()
             second._first, first._second = first, second
+            second.watched(first._watch)
         return first if number == 1 else first._second
 
     # ---- states ----
@@ -78,6 +92,7 @@ class Drive:
         """To operation enabled; returns when it is there."""
         if self.state() == OPERATES:
             raise Refused("the drive is on already")
+        self._watch.lend(self)  # `load` and `defaults` have taken it away
         self._started = True
         self._command("on")
         self.wait(lambda: self.state() == OPERATES, "operation is not enabled", patience_s)
@@ -177,6 +192,8 @@ class Drive:
             raise self._no_parameter(unknown[0])
         for name, value in values.items():
             check(value, before[name])
+        if TIMEOUT in values:
+            self._watch.forget(self, values[TIMEOUT])
         done = []
         try:
             for name, value in values.items():
@@ -204,11 +221,21 @@ class Drive:
 
     def read_settings(self, path):
         """Sets what the file has, but for what the line itself depends on (settings.py); `save` keeps it in the drive."""
-        self.set({name: value for name, value in read_settings(path).items() if name not in OF_THE_LINE})
+        own = {TIMEOUT: 0} if self._watch.is_lent(self) else {}
+        self.set({name: value for name, value in read_settings(path).items()
+                  if name not in OF_THE_LINE and own.get(name) != value})
 
     def write_settings(self, path):
         """All parameters but those of the line into a file that the console understands, too, line by line."""
-        written_settings(path, {name: one for name, one in self.parameters().items() if name not in OF_THE_LINE})
+        every = {name: one for name, one in self.parameters().items() if name not in OF_THE_LINE}
+        if self._watch.is_lent(self):
+            every[TIMEOUT] = replace(every[TIMEOUT], value=0)
+        written_settings(path, every)
+
+    def save(self):
+        """Keeps parameters and reactions over power-off; while off and at rest."""
+        with self._watch.own(self):
+            self._save()
 
 
 def check(value, parameter):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Registers by Modbus RTU, at a serial port or a TCP port that carries the same frames."""
 import copy
+import threading
 
 from .errors import Refused, Silent
 
@@ -24,7 +25,7 @@ class ModbusLine:
             port = serial.serial_for_url(place, baud, parity=parity, stopbits=PARITIES[parity], timeout=ANSWER_S)
         except (serial.SerialException, ValueError, OSError) as error:
             raise Silent(f"{place} cannot be opened: {error}") from error
-        self._errors = minimalmodbus
+        self._errors, self._one_at_a_time = minimalmodbus, threading.RLock()
         self._slave = minimalmodbus.Instrument(port, address)
 
     def close(self):
@@ -47,15 +48,17 @@ class ModbusLine:
 
     def write(self, entry, value):
         words = [value & 0xFFFF] if _words(entry) == 1 else [value >> 16 & 0xFFFF, value & 0xFFFF]
-        self._slave.serial.timeout = STORED_S if entry.name == "store" else ANSWER_S
-        self._answered(entry, self._slave.write_registers, entry.register, words)
-        self._slave.serial.timeout = ANSWER_S
+        with self._one_at_a_time:
+            self._slave.serial.timeout = STORED_S if entry.name == "store" else ANSWER_S
+            self._answered(entry, self._slave.write_registers, entry.register, words)
+            self._slave.serial.timeout = ANSWER_S
 
     def _answered(self, entry, ask, *arguments):
         """Asks again where a frame was disturbed: the same word twice is no new edge, the same value no new one."""
         for attempt in range(1, ATTEMPTS + 1):
             try:
-                return ask(*arguments)
+                with self._one_at_a_time:
+                    return ask(*arguments)
             except self._errors.SlaveReportedException as error:
                 raise Refused(f"{entry.name}: {MEANS.get(type(error).__name__, error)}") from error
             except (self._errors.ModbusException, OSError) as error:
