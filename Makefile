@@ -1,6 +1,12 @@
 # SPDX-License-Identifier: MIT
 # mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
 
+# A user's own would send each `cd` elsewhere, and have it print where.
+unexport CDPATH
+ifneq ($(shell grep -l "$$(printf '\r')" .ci/alone),)
+$(error mssfoc: the files here have Windows line ends; in a clone, git checkout-index -af writes them anew)
+endif
+
 # Motors that the image drives: as many as MOTOR names. A file's path may have blanks.
 BLANK   := $() $()
 AXES    ?= $(if $(filter 2,$(words $(MOTOR))),$(if $(wildcard $(subst $(BLANK),\ ,$(MOTOR))),1,2),1)
@@ -8,11 +14,13 @@ ifeq ($(filter 1 2,$(AXES)),)
 $(error mssfoc: AXES='$(AXES)' is neither 1 nor 2)
 endif
 BUILD   ?= $(if $(filter 2,$(AXES)),build/two-axes,build)
-ifneq ($(words $(BUILD)),1)
-$(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path, like BUILD=build16)
-endif
 # An absolute path to here and a relative one must name the same files, or objects are not remade when their headers change.
-override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
+# Here may be a folder of any name, so no function that splits words or knows % will do.
+override BUILD := $(patsubst /=%,%,$(subst /=$(CURDIR)/,/=,/=$(BUILD)))
+BAD := ( ) [ ] { } < > ' " ` & | ; : , = * ? ! ~ % $$ \ \#
+ifneq ($(words $(BUILD))$(strip $(foreach c,$(BAD),$(findstring $c,$(BUILD)))),1)
+$(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank or any of $(subst $(BLANK),,$(BAD)) in its path, like BUILD=build16)
+endif
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
@@ -21,7 +29,7 @@ VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VE
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
 ifneq ($(UNKNOWN),)
-ALIKE := $(shell .ci/nearest '$(UNKNOWN)' $(VARIABLES))
+ALIKE := $(shell sh .ci/nearest '$(UNKNOWN)' $(VARIABLES))
 $(error mssfoc: there is no variable $(UNKNOWN)$(if $(ALIKE),; did you mean $(ALIKE)=$($(UNKNOWN))?,; 'make help' has those there are))
 endif
 
@@ -66,9 +74,10 @@ CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
-# no folder of this machine in what is built; gcc does not pass that on to the assembler
-NO_PLACE = -ffile-prefix-map=$(CURDIR)=.
-AS_NO_PLACE = -Wa,--debug-prefix-map=$(CURDIR)=.
+# no folder of this machine in what is built; gcc does not pass that on to the assembler, and -Wa, would split it at a comma
+HERE = '$(subst ','\'',$(CURDIR))'
+NO_PLACE = -ffile-prefix-map=$(HERE)=.
+AS_NO_PLACE = -Xassembler --debug-prefix-map=$(HERE)=.
 CFLAGS_ARM = $(CPU) -std=c11 -ffreestanding -O2 -g3 -I. $(WARNINGS) -ffunction-sections -fdata-sections \
              -fno-delete-null-pointer-checks -fno-common -fno-tree-loop-distribute-patterns \
              -fstack-usage -fcallgraph-info=su $(NO_PLACE) $(CHOICES)
@@ -111,7 +120,7 @@ $(BUILD)/choices: FORCE
 # Renewed when the sources are another commit's.
 $(BUILD)/commit.h: FORCE
 	@mkdir -p $(@D)
-	@printf '#define CONFIG_COMMIT "%-20s"\n' "$$(.ci/commit)" | cmp -s - $@ || printf '#define CONFIG_COMMIT "%-20s"\n' "$$(.ci/commit)" > $@
+	@printf '#define CONFIG_COMMIT "%-20s"\n' "$$(sh .ci/commit)" | cmp -s - $@ || printf '#define CONFIG_COMMIT "%-20s"\n' "$$(sh .ci/commit)" > $@
 
 FORCE:
 
@@ -192,15 +201,15 @@ twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qem
 # ---- tools -----------------------------------------------------------------------------------------------------------
 # Installs what is missing of what a command uses, after saying so; NO_INSTALL=1 lists it and stops.
 tools:
-	@.ci/tools
+	@sh .ci/tools
 tools-%:
-	@.ci/tools $*
+	@sh .ci/tools $*
 
 everything: all twin target-tests registers lockstep axis
 
 
 # Of several makes one builds in BUILD, and the others wait for it.
-ALONE = @.ci/alone $(BUILD)
+ALONE = @sh .ci/alone $(BUILD)
 # What a long command says first: its time on two cores, and what it leaves. README has that of the tests from here (.ci/bare).
 says = @echo 'mssfoc: make $@: $(LASTS)'
 test: LASTS = about 10 minutes; ALL=1, as CI has it, takes 25, ALL=2 plays everything
@@ -243,7 +252,7 @@ console debug: tools-run $(RTL_TOOLS)
 flash: tools-image
 	$(if $(filter mssfoc bringup,$(IMAGE)),,@echo "mssfoc: IMAGE='$(IMAGE)' is neither mssfoc nor bringup" >&2; exit 1)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 $(addprefix $(BUILD)/$(IMAGE),.elf .hex -envm.hex)
-	@.ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
+	@sh .ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
 
 test: tools-test
 	$(says)

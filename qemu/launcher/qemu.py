@@ -176,7 +176,7 @@ def command(qemu, image, config, console, extra=()):
     """The command line. The image is loaded from the very file that is flashed."""
     return [qemu.path, *qemu.data_arguments(), "-M", MACHINE, "-display", "none", "-monitor", "none",
             "-icount", "shift=3,sleep=off", "-chardev", console, "-serial", "chardev:console",
-            "-plugin", f"{escape(image.plugin)},config={escape(config)}",
+            "-plugin", f"file={escape(image.plugin)},config={escape(config)}",
             "-device", f"loader,file={escape(image.hex)}", *extra]
 
 

@@ -71,7 +71,7 @@ def refuted(fault, proofs):
 
 def drawn(faults):
     """Every third, after they have been shuffled by what the commit is called."""
-    commit = subprocess.run([ROOT / ".ci/commit"], capture_output=True, check=True).stdout
+    commit = subprocess.run(["sh", ROOT / ".ci/commit"], capture_output=True, check=True).stdout
     return sorted(faults, key=lambda fault: hashlib.blake2b(repr(fault).encode() + commit).digest())[::ONE_IN]
 
 

@@ -55,7 +55,7 @@ def test_readme_commands_exist():
 @pytest.mark.parametrize("probe, words", [("", "PROBE=openocd"), ("stlink", "PROBE=openocd"), ("openocd", "OPENOCD="),
                                           ("jlink", "JLINK=")])
 def test_flash_says_what_is_missing(probe, words):
-    result = run(".ci/flash", probe, str(BUILD / "mssfoc"), OPENOCD="no-such-openocd", JLINK="no-such-jlink")
+    result = run("sh", ".ci/flash", probe, str(BUILD / "mssfoc"), OPENOCD="no-such-openocd", JLINK="no-such-jlink")
     assert words in complaint(result)
 
 
@@ -104,9 +104,9 @@ def test_without_root_and_sudo_the_line_is_for_who_has_them(bare):
 
 
 def test_other_debian_takes_no_folder_of_others(tmp_path):
-    assert "give a folder" in complaint(run(".ci/other-debian")) and "give a folder" in complaint(run(".ci/bare"))
+    assert "give a folder" in complaint(run("sh", ".ci/other-debian")) and "give a folder" in complaint(run("sh", ".ci/bare"))
     (tmp_path / "theirs").touch()
-    assert "holds something else" in complaint(run(".ci/other-debian", str(tmp_path)))
+    assert "holds something else" in complaint(run("sh", ".ci/other-debian", str(tmp_path)))
     assert (tmp_path / "theirs").exists()
 
 
@@ -150,13 +150,13 @@ def test_long_commands_say_first_how_long_they_take():
 
 def test_a_new_folder_says_that_building_takes_time(tmp_path):
     """On no terminal there is no line that is rewritten."""
-    said = run(".ci/alone", str(tmp_path / "new"), "echo", "built").stdout
+    said = run("sh", ".ci/alone", str(tmp_path / "new"), "echo", "built").stdout
     assert said == f"mssfoc: building in {tmp_path / 'new'}, about half a minute on two cores\nbuilt\n"
     (tmp_path / "new" / "mssfoc.elf").touch()
-    assert run(".ci/alone", str(tmp_path / "new"), "echo", "built").stdout == "built\n"
+    assert run("sh", ".ci/alone", str(tmp_path / "new"), "echo", "built").stdout == "built\n"
     (tmp_path / "file").touch()
-    assert "cannot write to" in complaint(run(".ci/alone", str(tmp_path / "file" / "b"), "true"))
-    assert run(".ci/alone", str(tmp_path / "new"), "false").returncode == 1
+    assert "cannot write to" in complaint(run("sh", ".ci/alone", str(tmp_path / "file" / "b"), "true"))
+    assert run("sh", ".ci/alone", str(tmp_path / "new"), "false").returncode == 1
 
 
 def test_wrong_trig_fraction_does_not_build(tmp_path):
