@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
+# mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets, with ALL=1 all.
 
 # A user's own would send each `cd` elsewhere, and have it print where.
 unexport CDPATH
@@ -9,6 +9,11 @@ endif
 
 # Motors that the image drives: as many as MOTOR names. A file's path may have blanks.
 BLANK   := $() $()
+comma   := ,
+define NEWLINE
+
+
+endef
 AXES    ?= $(if $(filter 2,$(words $(MOTOR))),$(if $(wildcard $(subst $(BLANK),\ ,$(MOTOR))),1,2),1)
 ifeq ($(filter 1 2,$(AXES)),)
 $(error mssfoc: AXES='$(AXES)' is neither 1 nor 2)
@@ -30,7 +35,7 @@ GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
 ifneq ($(UNKNOWN),)
 ALIKE := $(shell sh .ci/nearest '$(UNKNOWN)' $(VARIABLES))
-$(error mssfoc: there is no variable $(UNKNOWN)$(if $(ALIKE),; did you mean $(ALIKE)=$($(UNKNOWN))?,; 'make help' has those there are))
+$(error mssfoc: there is no variable $(UNKNOWN)$(if $(ALIKE),; did you mean $(ALIKE)=$($(UNKNOWN))?,; 'make help' has those there are$(comma) with ALL=1 the rest))
 endif
 
 PYTHON  ?= /usr/bin/python3
@@ -161,8 +166,6 @@ $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	@rm -f $@
 	$(call say,AR)
 	$(Q)$(AR_ARM) rcsD $@ $^
-
-comma := ,
 
 $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT) $(BOUNDS_TOOLS)
 	$(call say,LD)
@@ -314,70 +317,95 @@ site: tools-site
 clean:
 	rm -rf $(BUILD)
 
+define HELP
+make                  the image $(BUILD)/mssfoc.{elf,hex,bin}, $(BUILD)/mssfoc-envm.hex and $(BUILD)/libmssfoc.a
+make run              run the drive in QEMU on a motor: report, picture          [MOTOR=name|file SCENARIO=name SEED=n]
+make models           the motors there are, against their data sheets            [MOTOR=name|file]
+make console          the console of a drive that runs in QEMU
+make scope            a page in the browser: plots, captures, parameters         [PORT=/dev/ttyUSB0, of a board]
+make campaign         motors x scenarios x seeds, the worst cases in a table     [MOTORS="a b" SCENARIOS="a b" SEEDS=n]
+make test             the tests
+make client           the Python client of a drive, $(BUILD)/client
+make eds              the electronic data sheet of a drive on CAN, $(BUILD)/mssfoc.eds
+make libero           a Libero project for a board                               [BOARD=creative|sk1]
+make bringup          the image that tells what a device is, in QEMU
+make flash PROBE=p    onto a board, p is openocd or jlink                        [IMAGE=bringup, instead of the drive]
+make dist             all that a user takes home, in one archive in $(BUILD)/dist/
+make clean            remove $(BUILD)
+endef
+
+define HELP_ALL
+
+of make run, console, scope and debug
+  MOTOR="a b" SCENARIO="x y"   two motors on one core; AXES=2 an image for two, in build/two-axes (docs/two-axes.md)
+  PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."     the plant (docs/plant.md, docs/motors.md)
+  FABRIC=model|rtl             C models, or the RTL, verilated, in their place (docs/fabric.md)
+  SENSORS=amc1306              isolated modulators instead of the converters; with FABRIC=rtl
+  START=found|aligned          the drive finds where its rotor stands, or knows it
+  ENVM=file                    what the device keeps: settings that `save` has written (docs/settings.md)
+  CHIP=m2s010|m2s025           on the smaller one traffic on FIC_0 undoes changes (docs/silicon.md)
+  CONSOLE=pty|tcp:PORT         the console for a program instead of this terminal (docs/client.md)
+  MODBUS=pty|tcp:PORT          its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)
+  CAN=tcp:PORT|pty|join:PORT   its CAN bus, for programs that speak socketcand or slcan; join: one more drive (docs/can.md)
+  QEMU=path                    another QEMU
+of make campaign (docs/campaign.md)
+  MOTORS="a b.toml lot:1-200" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts
+  PART=start                   from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]
+  PART=wiring                  what is connected or told wrongly is named
+  PART=supervision             what goes wrong while it turns is found in time; stops without a sink
+  PART=detune                  told wrong R, L, flux, J it still works
+  PART=identify                what the drive finds out about its motor, against the plant
+  PART=identified              the default scenario by what it has found out, against nominal values
+  PART=sensorless              without an encoder: starts, a rotor that turns already, a rotor lost on purpose
+  PART=lot                     motors by lot, five cases each: how many are wrong    [FROM=1 N=200]
+  PART=saliency                by injection: lock at standstill, rated torque at standstill
+  WHAT="swap_* locked"         these cases of a part only
+  CASE="start:teknic_m2310p/hoist20/45"   one case of a part, with its trace
+of every build
+  FEATURES="a b"               an image of these alone, of $(FEATURES_ALL)
+  PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n SETTLE_NS=n   another rate, 8000...40000, dead time, pulse, amplifier (firmware/settings/rates.h)
+  LIB_TRIG_FRAC=n              the library for cosines and sines of n fraction bits, 1...31 (docs/library.md)
+  BUILD=dir                    puts every product elsewhere; PYTHON=path chooses the interpreter, V=1 shows the commands
+more tests
+  make test ALL=1|2            more, as CI; everything      [CHIP=name QEMU=path]
+  make storm                   noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]
+  make prove                   every kernel and the interrupt, as assembled, for all inputs, by a solver
+  make explore                 every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it
+  make fabric                  the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels
+  make guides                  what docs/guides tell the reader to type: all of it runs, and the drive answers so
+  make mutants                 faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]
+  make bringup WRONG=name      a device made otherwise, of qemu/chips/wrong.toml
+  make lint                    formatting, warnings, layers
+figures
+  make results                 the measured figures into docs/results.md and README.md, and README.md's picture
+  make bench                   cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md
+  make size                    flash and RAM by room; flash, RAM and stack of each function of the library
+  make sizes                   what each feature costs: an image without it
+  make timing                  the cycle model against hand-counted and published cases
+  make wcet                    worst-case cycles of the current loop, and measured
+  make jitter                  cycles and start of each current-loop interrupt, $(BUILD)/jitter.png
+  make stack                   worst-case stack of every entry point, and measured
+for developers
+  make debug                   QEMU halted, with a GDB port
+  make compile_commands.json   how each file is compiled, for editors
+  make registers               the fabric's registers for C, Verilog and debuggers, into $(BUILD)/fabric/
+  make site                    the documents as pages with a search, build/site/index.html
+  make pictures                those of docs/guides/tuning.md
+  make scope-pictures          the test of the page in the browser, and its pictures into docs/
+  make tools                   install what is missing (NO_INSTALL=1: only list it)
+endef
+
 help:
-	@echo 'make                 the image $(MSSFOC_IMAGE).{elf,hex,bin}, $(MSSFOC_IMAGE)-envm.hex and $(BUILD)/libmssfoc.a'
-	@echo 'make run             run the drive in QEMU on a motor, report, plot    [MOTOR=name SCENARIO=name SEED=n QEMU=path]'
-	@echo '                     two motors on one core: [MOTOR="a b" SCENARIO="x y"] (docs/plant.md)'
-	@echo '                     the plant: [PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."] (docs/motors.md)'
-	@echo '                     the fabric: [FABRIC=model|rtl] C models, or the RTL, verilated, in their place (docs/fabric.md)'
-	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'
-	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
-	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
-	@echo '                     the chip: [CHIP=m2s010|m2s025] on the smaller one traffic on FIC_0 undoes changes (docs/silicon.md)'
-	@echo 'make test            the tests; ALL=1: more, as CI; ALL=2: everything      [ALL=1 CHIP=name QEMU=path]'
-	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
-	@echo 'make console         a live console of a running drive'
-	@echo '                     [CONSOLE=pty|tcp:PORT] for a program instead of this terminal (docs/client.md)'
-	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
-	@echo '                     [CAN=tcp:PORT|pty] its CAN bus, for programs that speak socketcand or slcan; of make run, too (docs/can.md)'
-	@echo '                     [CAN=join:PORT] one more drive on the bus that another one has opened at tcp:PORT'
-	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'
-	@echo 'make scope-pictures  the test of that page, and its pictures into docs/'
-	@echo 'make debug           QEMU halted, with a GDB port'
-	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
-	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
-	@echo '                     [MOTORS="a b.toml lot:1-200" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
-	@echo '                     PART=start        from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]'
-	@echo '                     PART=wiring       what is connected or told wrongly is named'
-	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
-	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
-	@echo '                     PART=identify     what the drive finds out about its motor, against the plant'
-	@echo '                     PART=identified   the default scenario by what it has found out, against nominal values'
-	@echo '                     PART=sensorless   without an encoder: starts, a rotor that turns already, a rotor lost on purpose'
-	@echo '                     PART=lot          motors by lot, five cases each: how many are wrong    [FROM=1 N=200]'
-	@echo '                     PART=saliency     by injection: lock at standstill, rated torque at standstill'
-	@echo '                     WHAT="swap_* locked" these cases of a part only'
-	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
-	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink    [IMAGE=bringup] instead of the drive'
-	@echo 'make bringup         the image that tells what a device is, beside what docs/silicon.md says of it; flashed as the drive is'
-	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
-	@echo 'make results         write the measured figures into docs/results.md and README.md, and README.md'\''s picture'
-	@echo 'make dist            image, library, registers, RTL and documents in $(BUILD)/dist/, the same to the byte each time, with SBOM'
-	@echo 'make site            the documents as pages with a search, build/site/index.html'
-	@echo 'make sizes           what each feature costs: an image without it'
-	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
-	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'
-	@echo 'make timing          the cycle model against hand-counted and published cases'
-	@echo 'make wcet            worst-case cycles of the current loop, and measured'
-	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
-	@echo 'make stack           worst-case stack of every entry point, and measured'
-	@echo 'make prove           every kernel and the interrupt, as assembled, for all inputs, by a solver'
-	@echo 'make explore         every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it'
-	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
-	@echo 'make eds             the electronic data sheet of the drive on CAN, $(BUILD)/mssfoc.eds (docs/can.md)'
-	@echo 'make client          the Python client and the list of registers and objects, $(BUILD)/client (docs/client.md)'
-	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
-	@echo 'make libero          a whole Libero project for a board: Tcl, pins, times, image (docs/libero.md)   [BOARD=creative|sk1]'
-	@echo 'make guides          what docs/guides tell the reader to type: all of it runs, and the drive answers so'
-	@echo 'make pictures        those of docs/guides/tuning.md'
-	@echo 'make compile_commands.json   how each file is compiled, for editors'
-	@echo 'make lint            formatting, warnings, layers'
-	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
-	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
-	@echo 'make clean           remove $(BUILD)'
-	@echo 'FEATURES="a b"       build an image of these alone, of $(FEATURES_ALL)'
-	@echo 'AXES=2               an image for two motors, in build/two-axes (docs/two-axes.md); MOTOR="a b" asks for it, too'
-	@echo 'PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n SETTLE_NS=n build for another rate, 8000...40000, dead time, pulse or amplifier (firmware/settings/rates.h)'
-	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
+	@: $(info $(HELP)$(if $(ALL),$(HELP_ALL),$(NEWLINE)make help ALL=1       the rest: what each of them takes, more tests, figures))
+
+# A misspelt target is said before any other one is begun. What --eval defines stands in no file.
+ifeq ($(findstring --eval,$(MAKEFLAGS)),)
+TARGETS := $(shell sed -n 's/^\([a-z][a-z0-9_.% -]*\):\([^=].*\)*$$/\1/p' Makefile $(filter %.mk,$(MAKEFILE_LIST)))
+NO_TARGET := $(firstword $(foreach goal,$(MAKECMDGOALS),$(if $(findstring /,$(goal)),,$(filter-out $(TARGETS),$(goal)))))
+ifneq ($(NO_TARGET),)
+ALIKE := $(shell sh .ci/nearest '$(subst ','\'',$(NO_TARGET))' $(TARGETS))
+$(error mssfoc: there is no target $(NO_TARGET)$(if $(ALIKE),; did you mean make $(ALIKE)?,; 'make help' has those there are$(comma) with ALL=1 the rest))
+endif
+endif
 
 -include $(shell find $(BUILD)/arm -name '*.d' 2>/dev/null)

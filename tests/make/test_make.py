@@ -129,8 +129,28 @@ def test_a_variable_that_make_does_not_know_is_refused(given, words):
     assert result.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize("goals, words", [
+    ("tset", "tset; did you mean make test?"), ("RUN", "RUN; did you mean make run?"), ("benhc", "did you mean make bench?"),
+    ("clean campain", "campain; did you mean make campaign?"), ("docs", "docs; 'make help' has"), ("it's", "it's; 'make help' has")])
+def test_a_target_that_make_does_not_have_is_refused(tmp_path, goals, words):
+    """Before any other is begun, and also where a folder of that name is there."""
+    (tmp_path / "kept").touch()
+    result = run("make", *goals.split(), f"BUILD={tmp_path}")
+    assert result.returncode != 0 and result.stdout == "" and (tmp_path / "kept").exists()
+    assert "mssfoc: there is no target " in result.stderr and words in result.stderr and result.stderr.count("\n") == 1
+
+
+def test_help_is_short_and_the_rest_has_every_target():
+    short, long = run("make", "help").stdout, run("make", "help", "ALL=1").stdout
+    assert short.count("\n") <= 15 and "help ALL=1" in short and long.startswith(short[:short.rindex("make help")])
+    told = set(re.findall(r"(?m)^ *make ([a-z_-]+)", long)) | {"all", "help"}
+    inner = {"everything", "twin", "unit", "target-tests"}  # parts of others, for CONTRIBUTING's and tests' use
+    phony = set(re.search(r"(?m)^\.PHONY: all (.*)$", Path("Makefile").read_text())[1].split())
+    assert phony - told <= inner, phony - told - inner
+
+
 def test_every_variable_that_help_and_the_pages_name_is_known():
-    texts = [run("make", "-s", "help").stdout, *(page.read_text() for page in [Path("README.md"), *Path("docs").rglob("*.md")])]
+    texts = [run("make", "-s", "help", "ALL=1").stdout, *(page.read_text() for page in [Path("README.md"), *Path("docs").rglob("*.md")])]
     named = {word for text in texts for line in re.findall(r"make [^`\n]*|\[[A-Z_]+=.*", text)
              for word in re.findall(r"(?<![\w/])([A-Z][A-Z_]+)=", line)}
     assert len(named) > 30
