@@ -3,6 +3,7 @@
  * The functions of Lib.h in portable C: each reads its whole input, calls one kernel and writes, so input and output may
  * overlap. For the Cortex-M3 they are in Lib_thumb2.S.
  */
+#define LIB_DEFINES /* by their plain names */
 #include "lib/Lib.h"
 
 #include "lib/thumb2.h"
@@ -38,6 +39,7 @@ void Park_Lib_Do(const parkinput_type *parkinput_ptr, parkoutput_type *parkoutpu
     parkoutput_ptr->id = dq.x;
     parkoutput_ptr->iq = dq.y;
 }
+LIB_NAMED_BY_FRAC(Park_Lib_Do)
 
 void InvPark_Lib_Do(const invparkinput_type *invparkinput_ptr, invparkoutput_type *invparkoutput_ptr)
 {
@@ -47,5 +49,6 @@ void InvPark_Lib_Do(const invparkinput_type *invparkinput_ptr, invparkoutput_typ
     invparkoutput_ptr->valpha = alphabeta.x;
     invparkoutput_ptr->vbeta = alphabeta.y;
 }
+LIB_NAMED_BY_FRAC(InvPark_Lib_Do)
 
 #endif

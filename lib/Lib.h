@@ -21,7 +21,8 @@
 #define LIB_H
 
 #ifndef LIB_TRIG_FRAC
-/** Fraction bits of every cos and sin field, 1...31. The library and its users must be built with the same value. */
+/** Fraction bits of every cos and sin field, 1...31. The library and its users must be built with the same value,
+ * a number in decimal digits: else they do not link. */
 #define LIB_TRIG_FRAC 15
 #endif
 
@@ -29,9 +30,21 @@
 #error "LIB_TRIG_FRAC must be 1...31"
 #endif
 
-#ifndef __ASSEMBLER__ /* Lib_thumb2.S takes the definition above from here */
+#define LIB_FRAC_PASTE(function, frac) function##_LIB_TRIG_FRAC_##frac
+#define LIB_FRAC_NAME(function, frac)  LIB_FRAC_PASTE(function, frac)
+
+#ifndef __ASSEMBLER__ /* Lib_thumb2.S takes the definitions above from here */
 
 #include <stdint.h>
+
+/*
+ * A library that was built for another LIB_TRIG_FRAC than its user does not link: what takes cos and sin is called by a name
+ * that ends in _LIB_TRIG_FRAC_ and the number. The plain names are there as well, for who declares them himself.
+ */
+#if defined(__PRAGMA_REDEFINE_EXTNAME) && defined(__ELF__) && !defined(LIB_DEFINES)
+#pragma redefine_extname Park_Lib_Do LIB_FRAC_NAME(Park_Lib_Do, LIB_TRIG_FRAC)
+#pragma redefine_extname InvPark_Lib_Do LIB_FRAC_NAME(InvPark_Lib_Do, LIB_TRIG_FRAC)
+#endif
 
 #ifdef __cplusplus
 extern "C" {

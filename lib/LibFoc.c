@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The functions of LibFoc.h, in portable C with 64-bit sums: each reads its whole input before it writes. */
+#define LIB_DEFINES /* by their plain names */
 #include "lib/LibFoc.h"
 
 #include "lib/pi.h"
 #include "lib/polar.h"
+#include "lib/thumb2.h"
 #include "lib/trig.h"
 
 #define INV_SQRT3_Q31 1239850262 /* 2^31 / sqrt(3) = 1239850262.2526 */
@@ -86,6 +88,7 @@ void SinCos_Lib_Do(uint32_t angle_q32, sincosoutput_type *sincosoutput_ptr)
     sincosoutput_ptr->cos = trig_frac(trig_on_chord_q30(chord[256], part_q12));
     sincosoutput_ptr->sin = trig_frac(trig_on_chord_q30(chord[0], part_q12));
 }
+LIB_NAMED_BY_FRAC(SinCos_Lib_Do)
 
 /* The root of square <= 2^63, to nearest: one bit per iteration, the same 32 iterations for all data. */
 static uint32_t root(uint64_t square)

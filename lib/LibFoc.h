@@ -15,6 +15,10 @@
 
 #include "Lib.h"
 
+#if defined(__PRAGMA_REDEFINE_EXTNAME) && defined(__ELF__) && !defined(LIB_DEFINES)
+#pragma redefine_extname SinCos_Lib_Do LIB_FRAC_NAME(SinCos_Lib_Do, LIB_TRIG_FRAC) /* Lib.h says why */
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -38,6 +38,13 @@
     .size   \name, . - \name
     .endm
 
+/* A second name of no size of its own: to a debugger and in lists the function keeps its first. */
+    .macro  also name, of
+    .global \name
+    .thumb_set \name, \of
+    .size   \name, 0
+    .endm
+
 /* Clarke_Lib_Do(r0 in, r1 out): 21 cycles, 23 with BL. s32_clarke_beta() explains the arithmetic. */
     function Clarke_Lib_Do
     ldr     r2, [r0]                            @ 2  ia
@@ -143,10 +150,12 @@
     function Park_Lib_Do
     rotate  a=0, b=4, sum=0, difference=4
     end_function Park_Lib_Do
+    also LIB_FRAC_NAME(Park_Lib_Do, LIB_TRIG_FRAC), Park_Lib_Do
 
 /* a = vq, b = vd: vbeta = vq cos + vd sin, valpha = vd cos - vq sin */
     function InvPark_Lib_Do
     rotate  a=4, b=0, sum=4, difference=0
     end_function InvPark_Lib_Do
+    also LIB_FRAC_NAME(InvPark_Lib_Do, LIB_TRIG_FRAC), InvPark_Lib_Do
 
 #endif

@@ -10,4 +10,14 @@
 #define LIB_THUMB2
 #endif
 
+/* In C, a function's second name, by which those of its users find it that have the same LIB_TRIG_FRAC (Lib.h). */
+#if defined(__PRAGMA_REDEFINE_EXTNAME) && defined(__ELF__)
+#define LIB_TEXT_OF(words) #words
+#define LIB_TEXT(words)    LIB_TEXT_OF(words)
+#define LIB_NAMED_BY_FRAC(function) \
+    extern __typeof__(function) LIB_FRAC_NAME(function, LIB_TRIG_FRAC) __attribute__((alias(LIB_TEXT(function))));
+#else
+#define LIB_NAMED_BY_FRAC(function)
+#endif
+
 #endif

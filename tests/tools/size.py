@@ -92,7 +92,7 @@ def library_rows(library):
     sizes = object_sizes(library)
     for line in output("nm", "-A", "-S", "--defined-only", library).splitlines():
         match = re.match(r"^.*:([^:]+):[0-9a-f]+ ([0-9a-f]+) (\w) (\S+)$", line)
-        if match:
+        if match and "_LIB_TRIG_FRAC_" not in match[4]:  # a function's second name (Lib.h)
             unit, size, kind, name = match.groups()
             stack = deepest(image, image.functions[name])[0] if kind in "tTW" else None
             yield Row(name, int(size, 16) if kind in "tTWrRV" else 0, sum(sizes[unit][1:]), stack)
