@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""`make dist`: what a user takes home, in one archive: images, library, registers, RTL, documents, with hashes and a bill of
-materials. The same tree and the same compiler give the same bytes, in any folder, on any day.
+"""`make dist`: what a user takes home, in one archive: images, library and its sources, registers, RTL, client, documents and a
+README of its own, with hashes and a bill of materials. What is not in it is linked to by no page. The same tree and the same compiler give the same bytes, in any folder, on any day.
 
 usage: dist.py BUILD
 """
@@ -19,11 +19,16 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 import client
+from pages import replaced
 
 ROOT = Path(__file__).resolve().parents[2]
+CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 IMAGES = [f"{image}{end}" for image in ("mssfoc", "bringup") for end in (".elf", ".hex", "-envm.hex")] + ["mssfoc.bin"]
 GENERATED = ("mssfoc.svd", "contract3.h", "mssfoc_regs.vh")
-PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
+PAGES = ("CHANGELOG.md", "SECURITY.md")
+README = ROOT / "tests/tools/dist_readme.md"
+FENCED = re.compile(r"(^ *```.*?^ *```)", re.S | re.M)
+LINK = re.compile(r"\[([^\]]*)\]\(([^)\s:#]+)(#[^)\s]*)?\)")
 
 
 def version():
@@ -40,7 +45,7 @@ def built_at():
 
 
 def compiler():
-    return ask(os.environ.get("CROSS", "arm-none-eabi-") + "gcc", "--version").split("\n")[0]
+    return ask(CROSS + "gcc", "--version").split("\n")[0]
 
 
 def table(heading, rows):
@@ -59,17 +64,44 @@ def fabric_registers():
                        field.get("access", register["access"]), f"0x{register['reset']:X}", field["about"])
 
 
-def contents(build):
-    """{name in the archive: bytes}."""
+def sources(build):
+    """{name in the archive: file}."""
     files = {f"image/{name}": build / name for name in IMAGES}
-    files |= {"library/libmssfoc.a": build / "libmssfoc.a", "library/Lib.h": ROOT / "lib/Lib.h",
-              "library/LibFoc.h": ROOT / "lib/LibFoc.h", "LICENSE": ROOT / "docs/LICENSE",
+    files |= {"library/libmssfoc.a": build / "libmssfoc.a", "LICENSE": ROOT / "docs/LICENSE",
               "fabric/registers.toml": ROOT / "drivers/fabric/registers.toml"}
+    files |= {f"library/lib/{path.name}": path for path in (ROOT / "lib").glob("*.[chS]")}
+    files |= {f"library/{name}": ROOT / "lib" / name for name in ("Lib.h", "LibFoc.h")}
     files |= {f"fabric/{name}": build / "fabric" / name for name in GENERATED}
     files |= {f"fabric/rtl/{path.name}": path for path in (ROOT / "drivers/fabric/rtl").glob("*.v")}
     files |= {name: ROOT / name for name in PAGES}
     files |= {str(path.relative_to(ROOT)): path for path in (ROOT / "docs").rglob("*") if path.suffix in (".md", ".png")}
-    found = {name: path.read_bytes() for name, path in files.items()}
+    return files | {"README.md": ROOT / "README.md"}
+
+
+def relinked(name, path, places):
+    """A page's text with its links as they are in the archive; what is not there is named instead. `places`: {file: name}."""
+    def moved(match):
+        words, target, anchor = match[1], (path.parent / match[2]).resolve(), match[3] or ""
+        if target in places:
+            return f"[{words}]({os.path.relpath(places[target], Path(name).parent)}{anchor})"
+        there = f"`{target.relative_to(ROOT)}`"
+        return there if words.strip("`") in there else f"{words} ({there})"
+
+    parts = FENCED.split(path.read_text())
+    return "".join(part if at % 2 else LINK.sub(moved, part) for at, part in enumerate(parts)).encode()
+
+
+def readme():
+    limits = re.search(r"<!-- limits: .*?-->\n(.*?)<!-- end -->", (ROOT / "README.md").read_text(), re.S)[1]
+    return replaced(README.read_text(), "limits", limits, README.name).encode()
+
+
+def contents(build):
+    """{name in the archive: bytes}."""
+    files = sources(build)
+    places = {path.resolve(): name for name, path in files.items()} | {ROOT / "drivers/fabric/rtl": "fabric/rtl"}
+    found = {name: relinked(name, path, places) if path.suffix == ".md" else path.read_bytes() for name, path in files.items()}
+    found["README.md"] = readme()
     found["fabric/registers.csv"] = table(
         ("address", "block", "register", "field", "bits", "access", "reset", "what"), fabric_registers())
     return found | {f"client/{name}": data for name, data in client.package().items()}
