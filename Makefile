@@ -4,7 +4,7 @@
 # A user's own would send each `cd` elsewhere, and have it print where.
 unexport CDPATH
 ifneq ($(shell grep -l "$$(printf '\r')" .ci/alone),)
-$(error mssfoc: the files here have Windows line ends; in a clone, git checkout-index -af writes them anew)
+$(error mssfoc: the files here have Windows line ends, which no shell takes; a fresh git clone has none)
 endif
 
 # Motors that the image drives: as many as MOTOR names. A file's path may have blanks.

@@ -12,9 +12,9 @@ BUILD = Path(os.environ.get("BUILD", "build")).resolve()
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 
 
-def run(*command, **variables):
+def run(*command, cwd=None, **variables):
     env = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")} | variables
-    return subprocess.run(command, capture_output=True, text=True, env=env, stdin=subprocess.DEVNULL, check=False)
+    return subprocess.run(command, capture_output=True, text=True, env=env, cwd=cwd, stdin=subprocess.DEVNULL, check=False)
 
 
 def complaint(result):
