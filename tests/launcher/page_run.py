@@ -71,7 +71,12 @@ def test_start_run_and_step(page):
     page.wait(lambda: abs(page.latest("speed") - 800) < 20)
     folder = Path(os.environ.get("BUILD") or ROOT / "build") / "scope"
     folder.mkdir(parents=True, exist_ok=True)
+    # of README: as wide as it is shown there, so that it can be read
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                 {"width": 1000, "height": 680, "deviceScaleFactor": 1, "mobile": False})
+    page.wait(lambda: page.script("return innerWidth") == 1000)
     page.browser.save_screenshot(str(folder / "page.png"))
+    page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_what_is_seen_can_be_downloaded(page, downloads):

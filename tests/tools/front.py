@@ -30,15 +30,23 @@ def block(path, name):
     return found(rf"<!-- {name}: .*?-->\n(.*?)<!-- end -->", path)[0]
 
 
+def nominal_and_worst(row):
+    """Of a row of the current loop's table: its largest nominal cycles, and with all that is known as a range at its worst."""
+    return found(rf"\n\| `{re.escape(row)}` \|(?: \d+ \|){{3}} (\d+) \| \d+ \| (\d+) \|", "docs/benchmarks.md")
+
+
 def figures():
-    latency, whole, share, hz, usual = found(
-        r"\*\*(\d+) cycles from exception entry to the last PWM write, (\d+) for the whole interrupt, at worst\*\*.*?"
-        r"([\d.]+) % of the core at (\d+) kHz\. Nominal: \d+ and (\d+)", "docs/benchmarks.md")
+    latency, share, hz = found(
+        r"\*\*(\d+) cycles from exception entry to the last PWM write, .*?([\d.]+) % of the core at (\d+) kHz\.",
+        "docs/benchmarks.md")
+    (usual, encoder), (usual_observer, observer), (_, largest) = map(
+        nominal_and_worst, ("current_loop.interrupt", "handler.observer_ab", "handler.overmodulating_ab"))
     rows = re.findall(r"^\| [^|]+ \| ([\d.]+) / ([\d.]+) %", block("docs/results.md", "drive"), re.M)
     bandwidth, margin = re.search(r"(\d+) Hz at -90°, phase margin (\d+)°", block("docs/results.md", "quickest")).groups()
-    return (f"- **{whole} cycles** at worst for the whole current-loop interrupt ({usual} nominal), {latency} until the PWM is"
-            f" written:\n  {share} % of a 100 MHz core at {hz} kHz ([benchmarks](docs/benchmarks.md), in the twin's cycle"
-            f" model)\n"
+    return (f"- **{encoder} cycles** with an encoder, **{observer}** without a sensor: the whole current-loop interrupt, at worst"
+            f" ({usual} and {usual_observer} nominal);\n  with an encoder {share} % of a 100 MHz core at {hz} kHz, {latency} until"
+            f" the PWM is written; {largest} beyond the circle of voltages\n  ([benchmarks](docs/benchmarks.md), in the twin's"
+            f" cycle model)\n"
             f"- **{int(bandwidth) / 1000:.1f} kHz** closed current loop at -90°, phase margin {margin}°, with two samples a PWM"
             f" period\n  ([results](docs/results.md#the-current-loop))\n"
             f"- **{max(float(mean) for mean, _ in rows):.3f} %** mean speed error at rated load, the worst of"
