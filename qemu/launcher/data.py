@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .consistency import check_motor
-from .errors import LauncherError, choice
+from .errors import LauncherError, choice, instead
 from .lot import is_lot, lot_files, lots_of
 from .paths import INVERTERS, MOTORS, REPO, SENSORS, shown
 from .rules import MAX_SHARE, TRIP_SHARE, control_by_rule, inertia_ratio_by_rule, most_a
@@ -254,8 +254,9 @@ def _load(path, raw, kind, tables):
     where = shown(path)
     texts = ["name", "summary"] + (["inverter"] if kind == "motor" else [])
     for key in raw:
-        if key not in {*tables, *texts, "documents", "check", "point"}:
-            raise LauncherError(f"{where}: unknown entry '{key}'")
+        if key not in (entries := [*texts, *tables, "documents", "check", "point"]):
+            raise LauncherError(f"{where}: unknown entry '{key}'"
+                                + instead(key, entries, {f"[{table}]": keys for table, keys in tables.items()}))
     for key in texts:
         if not isinstance(raw.get(key), str) or not raw[key].strip():
             raise LauncherError(f"{where}: '{key}' is missing")
@@ -263,12 +264,13 @@ def _load(path, raw, kind, tables):
                     documents=_documents(raw.get("documents", {}), where), checks=_checks(raw.get("check", {}), where),
                     points=_points(raw.get("point", []), where), **{key: raw[key] for key in texts})
     for table, keys in tables.items():
-        device.values[table], device.sources[table], device.spreads[table] = _table(raw.get(table), keys, table, where)
+        device.values[table], device.sources[table], device.spreads[table] = _table(raw.get(table), tables, table, where)
     return device
 
 
-def _table(raw, keys, table, where):
+def _table(raw, tables, table, where):
     """(values, sources, spreads) of one table; what it lacks has its default."""
+    keys, others = tables[table], {f"[{other}]": names for other, names in tables.items() if other != table}
     where = f"{where}: [{table}]"
     if raw is None:
         if any(key.required for key in keys.values()):
@@ -278,7 +280,7 @@ def _table(raw, keys, table, where):
         raise LauncherError(f"{where} is not a table")
     for name in raw:
         if name not in keys:
-            raise LauncherError(f"{where}: unknown key '{name}'")
+            raise LauncherError(f"{where}: unknown key '{name}'" + instead(name, keys, others))
     values, sources, spreads = {}, {}, {}
     for name, key in keys.items():
         if name in raw:
@@ -310,7 +312,7 @@ def _spread(raw, name, key, table, keys, where):
     if key.integer or (table not in PLANT_TABLES and (table, name) != START_ANGLE):
         raise LauncherError(f"{where}: takes no spread")
     if raw.get("like", name) not in keys:
-        raise LauncherError(f"{where}: like = {raw['like']!r} is no key of [{table}]")
+        raise LauncherError(f"{where}: like = {raw['like']!r} is no key of [{table}]" + instead(str(raw["like"]), keys))
     relative, absolute = (_number(raw.get(word, 0), f"{where}: {word}") for word in ("spread", "spread_abs"))
     if relative == 0 and absolute == 0:
         raise LauncherError(f"{where}: like without spread or spread_abs")
@@ -378,7 +380,7 @@ def _points(raw, where):
         place = f"{where}: point {index + 1}"
         for key in entry:
             if key not in _POINT_KEYS:
-                raise LauncherError(f"{place}: unknown key '{key}'")
+                raise LauncherError(f"{place}: unknown key '{key}'" + instead(key, sorted(_POINT_KEYS)))
         for key in ("i_d_a", "i_q_a", "tolerance_percent", "source"):
             if key not in entry:
                 raise LauncherError(f"{place}: '{key}' is missing")

@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 
-from .errors import LauncherError
+from .errors import LauncherError, instead
 
 _BINARY = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
 _COMPARE = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
@@ -33,7 +33,7 @@ def _value(node, names, text):
         return float(node.value)
     if isinstance(node, ast.Name):
         if node.id not in names:
-            raise LauncherError(f"'{text}': unknown name '{node.id}' (known: {', '.join(sorted(names))})")
+            raise LauncherError(f"'{text}': unknown name '{node.id}'" + instead(node.id, sorted(names)))
         return names[node.id]
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
         return _BINARY[type(node.op)](_value(node.left, names, text), _value(node.right, names, text))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import kinds_columns, kinds_current, kinds_protection, kinds_speed, kinds_sweep, kinds_weakening
-from .errors import LauncherError
+from .errors import LauncherError, instead
 from .expression import evaluate, number
 
 KINDS = {**kinds_speed.KINDS, **kinds_current.KINDS, **kinds_sweep.KINDS, **kinds_protection.KINDS, **kinds_columns.KINDS,
@@ -72,7 +72,8 @@ def _measure_one(entry, run, where):
     """The Figures of one entry, one for each part of its kind."""
     name, kind_name = entry.pop("name", None), entry.pop("kind", None)
     if not isinstance(name, str) or kind_name not in KINDS:
-        raise LauncherError(f"{where}: needs a name and a kind (known: {', '.join(sorted(KINDS))})")
+        raise LauncherError(f"{where}: needs a name and a kind"
+                            + ("" if kind_name in KINDS else instead(str(kind_name), sorted(KINDS))))
     kind = KINDS[kind_name]
     try:
         otherwise = _why_not(entry, run.names)
@@ -132,7 +133,7 @@ def _arguments(entry, kind, kind_name, names):
     known = {argument.rstrip("?") for argument in kind.arguments}
     for key in entry:
         if key not in known:
-            raise LauncherError(f"{kind_name} does not take '{key}' (it takes {', '.join(sorted(known))})")
+            raise LauncherError(f"{kind_name} does not take '{key}'" + instead(key, sorted(known)))
     for argument in kind.arguments:
         if not argument.endswith("?") and argument not in entry:
             raise LauncherError(f"{kind_name} needs '{argument}'")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Kinds of figures: a weakened field, against what the plant's own map allows (capability.py)."""
+"""Kinds of figures: voltage, and a weakened field, against what the plant's own map allows (capability.py)."""
 import math
 
 import numpy as np
@@ -68,6 +68,13 @@ def _fundamental(run, from_s, to_s):
     return 100 * amplitude_v / np.sinc(per_row) / (2 / math.pi * window["vbus_V"].mean())
 
 
+def _voltage_reserve(run, from_s, to_s):
+    window = run.trace.between(from_s, to_s)
+    a, b, c = (window[f"v_{phase}_V"] for phase in "abc")
+    amplitude_v = np.hypot((2 * a - b - c) / 3, (b - c) / math.sqrt(3))
+    return 100 * (1 - amplitude_v.mean() / (CIRCLE * window["vbus_V"].mean()))
+
+
 KINDS = {
     "torque_of_theory": Kind(_torque_of_theory, ["from_s", "to_s", "braking?"], "%",
                              "mean air-gap torque by the most that i_max and the bus voltage allow at this speed, by brute"
@@ -81,6 +88,9 @@ KINDS = {
     "currents_off": Kind(_currents_off, ["from_s", "to_s"], "% of i_max",
                          "true currents less their references, the larger axis: mean, and largest mean over 3.3 ms",
                          ("mean", "largest")),
+    "voltage_reserve": Kind(_voltage_reserve, ["from_s", "to_s"], "%",
+                            "what the mean amplitude of the plant's phase voltage leaves of the most at the mean bus voltage that"
+                            " needs no weakened field and no overmodulation"),
     "fundamental": Kind(_fundamental, ["from_s", "to_s"], "% of six-step's",
                         "fundamental of the plant's phase voltage by that of six-step, 2 / pi of the mean bus voltage"),
 }

@@ -21,6 +21,8 @@ def print_report(result, out, whose="", with_load=True):
     out(f"  inverter  {drive.inverter.name}, {drive.inverter['supply']['vbus_v']:g} V")
     out(f"  plant     {plant_text(drive)}")
     out(f"  run       {result.trace.rows} PWM periods, seed {result.seed}, {result.qemu.version}")
+    if asked := speeds(result.scenario):
+        out(f"  speed     {', '.join(asked)} rpm asked for")
     for note in drive.notes:
         out(f"  note      {note}")
     out("")
@@ -37,6 +39,12 @@ def print_report(result, out, whose="", with_load=True):
     failed = [figure.name for figure in result.figures.values() if figure.passed is False]
     limited = sum(figure.limited for figure in result.figures.values())
     out(f"{len(failed)} of {limited} limits failed: {', '.join(failed)}" if failed else f"all {limited} limits hold")
+
+
+def speeds(scenario):
+    """The speeds that a scenario commands, in turn, each once."""
+    said = [step.text.split() for step in scenario.steps if step.kind == "console"]
+    return list(dict.fromkeys(words[-1] for words in said if words[-2:-1] == ["speed"]))
 
 
 def plant_text(drive):

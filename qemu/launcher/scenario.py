@@ -36,7 +36,7 @@ from dataclasses import dataclass, field, replace
 
 from .data import find, read_toml
 from .drive import preamble
-from .errors import LauncherError
+from .errors import LauncherError, instead
 from .expression import fill, number
 from .paths import SCENARIOS, shown
 from .timeline import Timeline
@@ -127,6 +127,7 @@ class Scenario:
 THEORIES = {"weakening": weakening_names, "overmodulation": overmodulation_names}
 
 _ENTRIES = ("key", "theory", "title", "end_s", "preamble_s", "watchdog_s", "base", "expect_refusal", "let", "step", "figure")
+_STEP_KEYS = ("t_s", "after_state", "hold_for", "label", "each", "every_s", "end_label", "console", "event", "args", "note")
 
 
 def load_scenario(source, drive, held_s=None):
@@ -141,7 +142,7 @@ def load_scenario(source, drive, held_s=None):
         key, raw, where = path.stem, read_toml(path), shown(path)
     for entry in raw:
         if entry not in _ENTRIES:
-            raise LauncherError(f"{where}: unknown entry '{entry}'")
+            raise LauncherError(f"{where}: unknown entry '{entry}'" + instead(entry, _ENTRIES))
     timeline = Timeline({**drive.names(), **_theory(raw, drive, where)})
     entries, figures = [], []
     for part, part_where in [*_bases(raw.get("base", []), where), (raw, where)]:
@@ -166,7 +167,7 @@ def _theory(raw, drive, where):
     if "theory" not in raw:
         return {}
     if raw["theory"] not in THEORIES:
-        raise LauncherError(f"{where}: no theory '{raw['theory']}'; there are: {', '.join(THEORIES)}")
+        raise LauncherError(f"{where}: no theory '{raw['theory']}'" + instead(str(raw["theory"]), THEORIES))
     return THEORIES[raw["theory"]](drive)
 
 
@@ -295,10 +296,8 @@ def _instants(entry, timeline, where):
 
 def _steps(entry, drive, timeline, where):
     """One entry is one step, but for "@parameters" and for one that repeats itself."""
-    known = {"t_s", "after_state", "hold_for", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
-    unknown = set(entry) - known
-    if unknown:
-        raise LauncherError(f"{where}: unknown key '{sorted(unknown)[0]}'")
+    for key in sorted(set(entry) - set(_STEP_KEYS)):
+        raise LauncherError(f"{where}: unknown key '{key}'" + instead(key, _STEP_KEYS))
     what = [key for key in ("console", "event") if key in entry]
     if len(what) > 1 or (not what and "label" not in entry):
         raise LauncherError(f"{where}: give either 'console' or 'event'")
@@ -336,7 +335,7 @@ def _step(entry, t_s, after, names, where):
 def event_args(kind, args, names):
     """The arguments of an event as words for the twin, checked against EVENTS."""
     if kind not in EVENTS:
-        raise LauncherError(f"unknown event '{kind}' (known: {', '.join(sorted(EVENTS))})")
+        raise LauncherError(f"unknown event '{kind}'" + instead(str(kind), EVENTS))
     forms = EVENTS[kind]
     if not isinstance(args, list) or len(args) != len(forms):
         raise LauncherError(f"event {kind} takes {len(forms)} arguments")

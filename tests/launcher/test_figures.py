@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from launcher import LauncherError
+from launcher.capability import CIRCLE
 from launcher.drive import load_drive
 from launcher.figures import KINDS, measure
 from launcher.kind import Run
@@ -52,6 +53,14 @@ def figures(run, kind, **entry):
     plan = SimpleNamespace(key="test", figures=[{"name": "x", "kind": kind, **entry}])
     found = measure(plan, run)
     return {name.partition(", ")[2]: figure.value for name, figure in found.items()}
+
+
+def test_voltage_reserve_is_what_the_circle_leaves(drive):
+    """Half of the circle's amplitude, with a zero sequence that counts for nothing."""
+    phases = {f"v_{phase}_V": lambda t, at=at: 12 + 1.5 * np.sin(600 * t) + 0.5 * CIRCLE * 24 * np.cos(200 * t - at)
+              for phase, at in zip("abc", (0, 2 * math.pi / 3, 4 * math.pi / 3))}
+    found = figures(made(drive, vbus_V=lambda t: 24 + 0 * t, **phases), "voltage_reserve", from_s=0.1, to_s=0.4)
+    assert found[""] == pytest.approx(50, abs=0.01)
 
 
 def test_speed_error_has_the_largest_beside_the_mean(drive):
