@@ -21,7 +21,7 @@ endif
 BUILD   ?= $(if $(filter 2,$(AXES)),build/two-axes,build)
 # An absolute path to here and a relative one must name the same files, or objects are not remade when their headers change.
 # Here may be a folder of any name, so no function that splits words or knows % will do.
-override BUILD := $(patsubst /=%,%,$(subst /=$(CURDIR)/,/=,/=$(BUILD)))
+override BUILD := $(patsubst /=%,%,$(subst /=$(CURDIR)/,/=,/=$(if $(filter environment,$(origin BUILD)),$(value BUILD),$(BUILD))))
 BAD := ( ) [ ] { } < > ' " ` & | ; : , = * ? ! ~ % $$ \ \#
 ifneq ($(words $(BUILD))$(strip $(foreach c,$(BAD),$(findstring $c,$(BUILD)))),1)
 $(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank or any of $(subst $(BLANK),,$(BAD)) in its path, like BUILD=build16)

@@ -30,8 +30,8 @@
 #error "LIB_TRIG_FRAC must be 1...31"
 #endif
 
-#define LIB_FRAC_PASTE(function, frac) function##_LIB_TRIG_FRAC_##frac
-#define LIB_FRAC_NAME(function, frac)  LIB_FRAC_PASTE(function, frac)
+#define LIB_PASTED(function, frac) function##_LIB_TRIG_FRAC_##frac
+#define LIB_CALLED(function, frac) LIB_PASTED(function, frac)
 
 #ifndef __ASSEMBLER__ /* Lib_thumb2.S takes the definitions above from here */
 
@@ -42,8 +42,8 @@
  * that ends in _LIB_TRIG_FRAC_ and the number. The plain names are there as well, for who declares them himself.
  */
 #if defined(__PRAGMA_REDEFINE_EXTNAME) && defined(__ELF__) && !defined(LIB_DEFINES)
-#pragma redefine_extname Park_Lib_Do LIB_FRAC_NAME(Park_Lib_Do, LIB_TRIG_FRAC)
-#pragma redefine_extname InvPark_Lib_Do LIB_FRAC_NAME(InvPark_Lib_Do, LIB_TRIG_FRAC)
+#pragma redefine_extname Park_Lib_Do LIB_CALLED(Park_Lib_Do, LIB_TRIG_FRAC)
+#pragma redefine_extname InvPark_Lib_Do LIB_CALLED(InvPark_Lib_Do, LIB_TRIG_FRAC)
 #endif
 
 #ifdef __cplusplus

@@ -16,7 +16,7 @@
 #include "Lib.h"
 
 #if defined(__PRAGMA_REDEFINE_EXTNAME) && defined(__ELF__) && !defined(LIB_DEFINES)
-#pragma redefine_extname SinCos_Lib_Do LIB_FRAC_NAME(SinCos_Lib_Do, LIB_TRIG_FRAC) /* Lib.h says why */
+#pragma redefine_extname SinCos_Lib_Do LIB_CALLED(SinCos_Lib_Do, LIB_TRIG_FRAC) /* Lib.h says why */
 #endif
 
 #ifdef __cplusplus

@@ -150,12 +150,12 @@
     function Park_Lib_Do
     rotate  a=0, b=4, sum=0, difference=4
     end_function Park_Lib_Do
-    also LIB_FRAC_NAME(Park_Lib_Do, LIB_TRIG_FRAC), Park_Lib_Do
+    also LIB_CALLED(Park_Lib_Do, LIB_TRIG_FRAC), Park_Lib_Do
 
 /* a = vq, b = vd: vbeta = vq cos + vd sin, valpha = vd cos - vq sin */
     function InvPark_Lib_Do
     rotate  a=4, b=0, sum=4, difference=0
     end_function InvPark_Lib_Do
-    also LIB_FRAC_NAME(InvPark_Lib_Do, LIB_TRIG_FRAC), InvPark_Lib_Do
+    also LIB_CALLED(InvPark_Lib_Do, LIB_TRIG_FRAC), InvPark_Lib_Do
 
 #endif

@@ -15,7 +15,7 @@
 #define LIB_TEXT_OF(words) #words
 #define LIB_TEXT(words)    LIB_TEXT_OF(words)
 #define LIB_NAMED_BY_FRAC(function) \
-    extern __typeof__(function) LIB_FRAC_NAME(function, LIB_TRIG_FRAC) __attribute__((alias(LIB_TEXT(function))));
+    extern __typeof__(function) LIB_CALLED(function, LIB_TRIG_FRAC) __attribute__((alias(LIB_TEXT(function))));
 #else
 #define LIB_NAMED_BY_FRAC(function)
 #endif

@@ -14,7 +14,7 @@ $(BUILD)/explore/explore: $(EXPLORE_SRC) $(wildcard tests/explore/*.h) $(BUILD)/
 	@mkdir -p $(@D)
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) -std=gnu11 -O2 -g -Wall -Wextra -Werror -Wno-int-to-pointer-cast -Itests/unit/host -I. $(EXPLORE_SRC) \
-	    $(BUILD)/tests/unit/firmware.so -Wl,-rpath,'$$ORIGIN/../tests/unit' -ldl -o $@
+	    $(BUILD)/tests/unit/firmware.so -ldl -o $@
 
 # two at a time; what each prints comes when all have ended
 explore: LASTS = under 10 minutes: ten ways to set the drive up, each to the last new state; leaves $(BUILD)/explore/
