@@ -30,6 +30,9 @@ PREAMBLE_S = 0.05
 TWINS = 127        # on one CAN bus: its nodes
 PACE_S = 0.02      # how often the two times are compared
 LEAD_S = 0.1       # how far simulated time may be ahead
+TYPED_S = 0.35     # by when the parameters of two axes have been typed
+TRY = ("  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
+       "To leave: Ctrl-A, then x.\n")
 TERMINAL = "stdio,id=console,mux=on,signal=off"
 
 
@@ -45,10 +48,10 @@ def live_console(motor, seed, build=None, qemu=None, scenario=None, console="", 
         where = f"at socket://127.0.0.1:{console[4:]}" if console.startswith("tcp:") else "at the terminal that QEMU names"
         print(f"{drive.motor.name} on {drive.inverter.name}, its console {where}. To end: Ctrl-C.\n", flush=True)
         return _run(arguments, environment, progress)
-    print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
-          "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
-          "To leave: Ctrl-A, then x.\n", flush=True)
-    return _run(arguments, environment, progress)
+    seen = sys.stdout.isatty()
+    print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n{'' if seen else TRY}",
+          flush=True)
+    return _run(arguments, environment, progress, then=TRY if seen else "")
 
 
 def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, modbus="", can="",
@@ -133,10 +136,11 @@ def _new_pipe(folder):
     return path
 
 
-def _run(arguments, environment, progress=None):
+def _run(arguments, environment, progress=None, then=""):
+    """then   said when the parameters have been typed: before that they would push it off a terminal"""
     process = start(arguments, environment)
     try:
-        return process.wait() if progress is None else _keep_pace(process, progress)
+        return process.wait() if progress is None else _keep_pace(process, progress, then)
     except KeyboardInterrupt:
         return 130
     finally:
@@ -148,12 +152,16 @@ def _run(arguments, environment, progress=None):
             print()
 
 
-def _keep_pace(process, progress):
+def _keep_pace(process, progress, then=""):
     """Lets simulated time run no faster than the clock on the wall. What it falls behind is not made up for."""
     start = time.monotonic()
     while process.poll() is None:
         time.sleep(PACE_S)
-        ahead = progress_s(progress) - (time.monotonic() - start)
+        at_s = progress_s(progress)
+        if then and at_s > TYPED_S:
+            print("\r\n" + then.replace("\n", "\r\n") + "> ", end="", flush=True)  # the terminal is QEMU's: raw
+            then = ""
+        ahead = at_s - (time.monotonic() - start)
         if ahead > LEAD_S:
             process.send_signal(signal.SIGSTOP)
             time.sleep(ahead)

@@ -199,8 +199,9 @@ def test_list(build):
     assert answer.returncode == 0 and "teknic_m2310p" in answer.stdout and "fault_short" in answer.stdout
 
 
-def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path):
-    """The program claims 1 s of simulated time in a tenth of that; it must be held back, and its status returned."""
+def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path, capsys):
+    """The program claims 1 s of simulated time in a tenth of that; it must be held back, and its status returned. What is to be
+    read at the end of the typed parameters is said once."""
     import time
     from launcher.console import LEAD_S, _keep_pace
     hasty = ("import sys, time\nfor n in range(21):\n    open(sys.argv[1], 'w').write('t=%.3f s\\n' % (n * 0.05))\n"
@@ -208,7 +209,8 @@ def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path):
     progress = tmp_path / "progress"
     start = time.monotonic()
     process = subprocess.Popen([sys.executable, "-c", hasty, str(progress)])
-    assert _keep_pace(process, progress) == 3
+    assert _keep_pace(process, progress, "try\nthis\n") == 3
+    assert capsys.readouterr().out == "\r\ntry\r\nthis\r\n> "
     assert time.monotonic() - start > 1.0 - 2 * LEAD_S  # and not how much later: that is the host's load
 
 
