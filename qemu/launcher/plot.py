@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""run.png: the run on one page, the plant's truth beside what the firmware believes, and a few turns enlarged. For README in
-landscape: what happens once the drive is in operation."""
+"""run.png: the run on one page, the plant's truth beside what the firmware believes, and a few turns enlarged, or the current's
+largest step where the shaft is held, or the responses that were swept. For README in landscape: what happens once the drive is in
+operation."""
+from types import SimpleNamespace
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -8,6 +11,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
 import numpy as np  # noqa: E402
 
+from .errors import LauncherError  # noqa: E402
+from .expression import number  # noqa: E402
+from .kinds_sweep import sweep  # noqa: E402
 from .trace import Trace  # noqa: E402
 
 POINTS = 6000  # drawn per curve; more would not be visible
@@ -31,14 +37,44 @@ def draw(result, path):
         _mark_off(axis, trace)
     whole.set_xlim(trace["t_s"][0], trace["t_s"][-1])
     axis.set_xlabel("time / s")
-    near = _loaded_stretch(trace, drive)
-    for column, plot in enumerate((_currents_abc, _duty)):
-        axis = figure.add_subplot(grid[6, column])
+    below = [figure.add_subplot(grid[6, column]) for column in (0, 1)]
+    if loops := _swept(result):
+        _bode(*below, loops)
+    else:
+        _enlarged(below, trace, drive, result.scenario.names.get("started", 0.0))
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def _enlarged(axes, trace, drive, from_s):
+    near, held = _loaded_stretch(trace, drive, from_s)
+    for axis, plot in zip(axes, (_currents_dq if held else _currents_abc, _duty)):
         plot(axis, near, drive)
         _dress(axis)
         axis.set_xlabel(f"time / s, enlarged at {near['t_s'][0]:.3f} s")
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
+
+
+def _swept(result):
+    """{axis: Loop} of the current loop that a scenario's figures measure by swept sine."""
+    run = SimpleNamespace(trace=result.trace, steps=result.scenario.steps)
+    windows = {entry["axis"]: [number(entry[key], result.scenario.names) for key in ("from_s", "to_s")]
+               for entry in result.scenario.figures if str(entry.get("kind")).startswith("sweep_")}
+    try:
+        return {axis: sweep(run, axis, *window) for axis, window in windows.items()}
+    except LauncherError:  # the figures say why
+        return {}
+
+
+def _bode(gain, phase, loops):
+    for (name, loop), color in zip(loops.items(), (BLUE, RED)):
+        gain.semilogx(loop.hz, 20 * np.log10(np.abs(loop.closed)), ".-", color=color, label=f"i_{name}, closed loop")
+        phase.semilogx(loop.hz, np.degrees(np.unwrap(np.angle(loop.closed))), ".-", color=color, label=f"i_{name}")
+    for axis, level, text in ((gain, -3, "gain / dB"), (phase, -90, "phase / deg")):
+        axis.axhline(level, color=GREY, linewidth=0.6, linestyle=":")
+        axis.set_ylabel(text)
+        axis.set_xlabel("frequency / Hz")
+        _dress(axis)
+        axis.legend(loc="lower left", fontsize=8)
 
 
 def draw_wide(result, path):
@@ -55,7 +91,7 @@ def draw_wide(result, path):
         _dress(axis)
         axis.tick_params(labelbottom=row == 2)
     axis.set_xlabel("time / s")
-    near = _loaded_stretch(trace, drive)
+    near, _ = _loaded_stretch(trace, drive, 0.0)
     for place, plot in ((grid[:2, 2], _currents_abc), (grid[2, 2], _duty)):
         axis = figure.add_subplot(place)
         plot(axis, near, drive)
@@ -73,19 +109,29 @@ def _dress(axis):
         axis.spines[side].set_visible(False)
 
 
-def _loaded_stretch(trace, drive):
-    """About three electrical turns (5...100 ms) from where the most steady power flows."""
+STEP_S = 0.01  # shown of a step of the current
+HELD_W = 1e-6  # a shaft that is held takes no power
+
+
+def _loaded_stretch(trace, drive, from_s):
+    """(rows, False): about three electrical turns (5...100 ms) from where the most steady power flows, in operation; or (rows,
+    True), where the shaft is held: around the largest step up of the current's reference."""
     rows = trace.rows
     block = max(1, min(1000, rows // 4))
     count = rows // block
     power = np.abs(trace["torque_Nm"] * trace["speed_rad_s"])[:count * block].reshape(count, block).min(axis=1)
+    power[trace["t_s"][:count * block:block] < from_s] = 0.0
     best = int(power.argmax()) * block
     dt = trace["t_s"][1] - trace["t_s"][0]
+    step = np.diff(np.abs(trace["i_q_ref_A"])) * (trace["t_s"][1:] >= from_s)
+    if power.max() < HELD_W and step.max() > 0:
+        first = max(0, int(step.argmax()) - int(0.2 * STEP_S / dt))
+        return Trace({name: column[first:first + int(STEP_S / dt)] for name, column in trace.items()}), True
     turns_s = abs(trace["speed_rad_s"][best]) * drive.motor["electrical"]["pole_pairs"] / (2 * np.pi)
     wanted = 3 / turns_s if turns_s > 0 else 0.1
     first = min(best, rows - 2)
     last = min(rows, first + max(2, int(min(max(wanted, 0.005), 0.1) / dt)))
-    return Trace({name: column[first:last] for name, column in trace.items()})
+    return Trace({name: column[first:last] for name, column in trace.items()}), False
 
 
 def _line(axis, trace, column, label, color, **style):

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from launcher import LauncherError
+from launcher import LauncherError, plot
 from launcher.capability import CIRCLE
 from launcher.drive import load_drive
 from launcher.figures import KINDS, measure
@@ -53,6 +53,15 @@ def figures(run, kind, **entry):
     plan = SimpleNamespace(key="test", figures=[{"name": "x", "kind": kind, **entry}])
     found = measure(plan, run)
     return {name.partition(", ")[2]: figure.value for name, figure in found.items()}
+
+
+def test_what_is_enlarged_is_of_operation(drive):
+    """A shaft that turned while it was aligned, and is held then: the step of its current, not the alignment; turning: its turns."""
+    stepped = made(drive, speed_rad_s=lambda t: 5.0 * (t < 0.1), i_q_ref_A=lambda t: 0.5 + 3.0 * (t > 0.3))
+    near, held = plot._loaded_stretch(stepped.trace, drive, 0.2)
+    assert held and near["t_s"][0] < 0.3 < near["t_s"][-1] < near["t_s"][0] + 0.011
+    near, held = plot._loaded_stretch(made(drive).trace, drive, 0.2)
+    assert not held and near["t_s"][0] >= 0.2 and len(near["t_s"]) * DT == pytest.approx(3 / 100, rel=0.1)
 
 
 def test_voltage_reserve_is_what_the_circle_leaves(drive):
