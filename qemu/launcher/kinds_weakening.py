@@ -89,8 +89,8 @@ KINDS = {
                          "true currents less their references, the larger axis: mean, and largest mean over 3.3 ms",
                          ("mean", "largest")),
     "voltage_reserve": Kind(_voltage_reserve, ["from_s", "to_s"], "%",
-                            "what the mean amplitude of the plant's phase voltage leaves of the most at the mean bus voltage that"
-                            " needs no weakened field and no overmodulation"),
+                            "what the mean amplitude of the plant's phase voltage leaves of the most that the mean bus voltage"
+                            " gives without weakened field and overmodulation"),
     "fundamental": Kind(_fundamental, ["from_s", "to_s"], "% of six-step's",
                         "fundamental of the plant's phase voltage by that of six-step, 2 / pi of the mean bus voltage"),
 }

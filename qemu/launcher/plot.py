@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """run.png: the run on one page, the plant's truth beside what the firmware believes, and a few turns enlarged, or the current's
-largest step where the shaft is held, or the responses that were swept. For README in landscape: what happens once the drive is in
-operation."""
+largest step where the shaft is held, or the responses that were swept. For README in landscape: what happens once the drive is
+in operation."""
 from types import SimpleNamespace
 
 import matplotlib

@@ -56,7 +56,7 @@ def figures(run, kind, **entry):
 
 
 def test_what_is_enlarged_is_of_operation(drive):
-    """A shaft that turned while it was aligned, and is held then: the step of its current, not the alignment; turning: its turns."""
+    """A shaft that turned while it was aligned, and is held then: the step of its current; turning: its turns."""
     stepped = made(drive, speed_rad_s=lambda t: 5.0 * (t < 0.1), i_q_ref_A=lambda t: 0.5 + 3.0 * (t > 0.3))
     near, held = plot._loaded_stretch(stepped.trace, drive, 0.2)
     assert held and near["t_s"][0] < 0.3 < near["t_s"][-1] < near["t_s"][0] + 0.011

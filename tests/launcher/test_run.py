@@ -60,7 +60,7 @@ def test_what_cannot_be_measured_fails(build, fake_qemu):
     ({"name": "x", "kind": "none"}, "needs a name and a kind"),
     ({"kind": "distortion", "from_s": 0, "to_s": 1}, "needs a name and a kind"),
     ({"name": "x", "kind": "distortion", "from_s": 0}, "distortion needs 'to_s'"),
-    ({"name": "x", "kind": "distortion", "from_s": 0, "to_s": 1, "maximum": 3}, "distortion does not take 'maximum'; there are: from_s"),
+    ({"name": "x", "kind": "distortion", "from_s": 0, "to_s": 1, "most": 3}, "distortion does not take 'most'; there are: "),
     ({"name": "x", "kind": "distortoin", "from_s": 0, "to_s": 1}, "needs a name and a kind; did you mean distortion"),
     ({"name": "x", "kind": "distortion", "from_s": "zero", "to_s": 1}, "unknown name 'zero'"),
 ])

@@ -131,7 +131,8 @@ def test_a_variable_that_make_does_not_know_is_refused(given, words):
 
 @pytest.mark.parametrize("goals, words", [
     ("tset", "tset; did you mean make test?"), ("RUN", "RUN; did you mean make run?"), ("benhc", "did you mean make bench?"),
-    ("clean campain", "campain; did you mean make campaign?"), ("docs", "docs; 'make help' has"), ("it's", "it's; 'make help' has")])
+    ("clean campain", "campain; did you mean make campaign?"), ("docs", "docs; 'make help' has"),
+    ("it's", "it's; 'make help' has")])
 def test_a_target_that_make_does_not_have_is_refused(tmp_path, goals, words):
     """Before any other is begun, and also where a folder of that name is there."""
     (tmp_path / "kept").touch()
@@ -150,7 +151,8 @@ def test_help_is_short_and_the_rest_has_every_target():
 
 
 def test_every_variable_that_help_and_the_pages_name_is_known():
-    texts = [run("make", "-s", "help", "ALL=1").stdout, *(page.read_text() for page in [Path("README.md"), *Path("docs").rglob("*.md")])]
+    texts = [run("make", "-s", "help", "ALL=1").stdout,
+             *(page.read_text() for page in [Path("README.md"), *Path("docs").rglob("*.md")])]
     named = {word for text in texts for line in re.findall(r"make [^`\n]*|\[[A-Z_]+=.*", text)
              for word in re.findall(r"(?<![\w/])([A-Z][A-Z_]+)=", line)}
     assert len(named) > 30

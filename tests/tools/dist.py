@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`make dist`: what a user takes home, in one archive: images, library and its sources, registers, RTL, client, documents and a
-README of its own, with hashes and a bill of materials. What is not in it is linked to by no page. The same tree and the same compiler give the same bytes, in any folder, on any day.
+README of its own, with hashes and a bill of materials. What is not in it is linked to by no page. The same tree and
+the same compiler give the same bytes, in any folder, on any day.
 
 usage: dist.py BUILD
 """

@@ -43,10 +43,10 @@ def figures():
         nominal_and_worst, ("current_loop.interrupt", "handler.observer_ab", "handler.overmodulating_ab"))
     rows = re.findall(r"^\| [^|]+ \| ([\d.]+) / ([\d.]+) %", block("docs/results.md", "drive"), re.M)
     bandwidth, margin = re.search(r"(\d+) Hz at -90°, phase margin (\d+)°", block("docs/results.md", "quickest")).groups()
-    return (f"- **{encoder} cycles** with an encoder, **{observer}** without a sensor: the whole current-loop interrupt, at worst"
-            f" ({usual} and {usual_observer} nominal);\n  with an encoder {share} % of a 100 MHz core at {hz} kHz, {latency} until"
-            f" the PWM is written; {largest} beyond the circle of voltages\n  ([benchmarks](docs/benchmarks.md), in the twin's"
-            f" cycle model)\n"
+    return (f"- **{encoder} cycles** with an encoder, **{observer}** without a sensor: the whole current-loop interrupt, at"
+            f" worst ({usual} and\n  {usual_observer} nominal); with an encoder {share} % of a 100 MHz core at {hz} kHz,"
+            f" {latency} until the PWM is written; {largest} beyond the circle of\n  voltages"
+            f" ([benchmarks](docs/benchmarks.md), in the twin's cycle model)\n"
             f"- **{int(bandwidth) / 1000:.1f} kHz** closed current loop at -90°, phase margin {margin}°, with two samples a PWM"
             f" period\n  ([results](docs/results.md#the-current-loop))\n"
             f"- **{max(float(mean) for mean, _ in rows):.3f} %** mean speed error at rated load, the worst of"

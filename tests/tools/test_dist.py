@@ -34,7 +34,8 @@ def packed(files):
 def test_the_archive_has_what_a_user_takes_home(files):
     assert {"image/mssfoc.hex", "image/mssfoc-envm.hex", "image/bringup.hex", "library/libmssfoc.a", "library/Lib.h",
             "fabric/mssfoc.svd", "fabric/registers.csv", "fabric/rtl/fabric.v", "client/mssfoc/registers.csv", "docs/README.md",
-            "docs/guides/first-run.md", "README.md", "library/lib/Lib_thumb2.S", "CHANGELOG.md", "LICENSE", "sbom.spdx.json", "SHA256SUMS"} <= set(files)
+            "docs/guides/first-run.md", "README.md", "library/lib/Lib_thumb2.S",
+            "CHANGELOG.md", "LICENSE", "sbom.spdx.json", "SHA256SUMS"} <= set(files)
 
 
 def test_packed_again_it_is_the_same_to_the_byte(files, packed):
@@ -96,9 +97,9 @@ def test_the_library_is_built_again_and_one_of_another_fraction_does_not_link(ho
         for name in names:
             (home / "your.c").write_text(f'#include "{header}"\nint main(void)\n{{\n    {code[name]}\n    return 0;\n}}\n')
             for fraction in (15, 16):
-                linked = subprocess.run([dist.CROSS + "gcc", "-mcpu=cortex-m3", "-mthumb", "-Ilibrary", "-nostdlib", "-Wl,-emain",
-                                         f"-DLIB_TRIG_FRAC={fraction}", "your.c", "-Llibrary", "-lmssfoc", "-o", "out.elf"],
-                                        cwd=home, capture_output=True, text=True, check=False)
+                command = [dist.CROSS + "gcc", "-mcpu=cortex-m3", "-mthumb", "-Ilibrary", "-nostdlib", "-Wl,-emain",
+                           f"-DLIB_TRIG_FRAC={fraction}", "your.c", "-Llibrary", "-lmssfoc", "-o", "out.elf"]
+                linked = subprocess.run(command, cwd=home, capture_output=True, text=True, check=False)
                 assert (linked.returncode == 0) == (fraction == 16), linked.stderr
                 assert fraction == 16 or "_LIB_TRIG_FRAC_15'" in linked.stderr
 
