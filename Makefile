@@ -7,14 +7,14 @@ ifneq ($(shell grep -l "$$(printf '\r')" .ci/alone),)
 $(error mssfoc: the files here have Windows line ends, which no shell takes; a fresh git clone has none)
 endif
 
-# Motors that the image drives: as many as MOTOR names. A file's path may have blanks.
+# Motors that the image drives: as many as MOTOR names. A file's path may have blanks and brackets.
 BLANK   := $() $()
 comma   := ,
 define NEWLINE
 
 
 endef
-AXES    ?= $(if $(filter 2,$(words $(MOTOR))),$(if $(wildcard $(subst $(BLANK),\ ,$(MOTOR))),1,2),1)
+AXES    ?= $(if $(filter 2,$(words $(MOTOR))),$(if $(wildcard $(subst $(BLANK),\ ,$(subst [,\[,$(MOTOR)))),1,2),1)
 ifeq ($(filter 1 2,$(AXES)),)
 $(error mssfoc: AXES='$(AXES)' is neither 1 nor 2)
 endif

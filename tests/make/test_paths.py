@@ -57,6 +57,14 @@ def test_the_worst_folder_links_and_runs(tmp_path):
     assert (here / "build/run/run.png").stat().st_size > 1000 and "limits hold" in result.stdout
 
 
+@pytest.mark.parametrize("name, axes", [("a b.toml", "1"), ("x [1].toml", "1"), ("it's (2).toml", "1"), ("no such.toml", "2")])
+def test_a_motor_s_file_with_a_blank_is_one_motor(name, axes, tmp_path):
+    if axes == "1":
+        (tmp_path / name).touch()
+    result = run("make", "-s", "--eval", "say-axes: ; @echo $(AXES)", "say-axes", MOTOR=str(tmp_path / name))
+    assert result.stdout == f"{axes}\n", result.stderr
+
+
 def test_windows_line_ends_are_named_and_a_clone_has_none(tmp_path):
     here = copied(tmp_path / "tree", ["Makefile", ".ci", "firmware/settings", "qemu/twin/twin.mk"])
     for path in [path for path in here.rglob("*") if path.is_file()]:
