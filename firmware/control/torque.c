@@ -9,8 +9,10 @@
 
 #define SINK_SHIFT    3 /* time constant of the observed power: 8 ms */
 #define MISSING_SHIFT 2 /* a quarter of the missing energy in a period */
+#define TOP_SHIFT     6 /* five 64ths more energy than at v_set: 99.7 % of v_max */
 #define BURN_SHIFT    4 /* from 0 to i_max in 16 periods */
 #define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag */
+#define MEAN_SHIFT    4 /* over 16 periods: what swings about no power is none to be burnt */
 
 static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
 {
@@ -78,11 +80,26 @@ static struct interval power_limits(const struct torque_control *s, int32_t spee
     return s->emf_q15 < 0 ? (struct interval){-drive_q15, brake_q15} : (struct interval){-brake_q15, drive_q15};
 }
 
+/* The heat of these currents in the windings. */
+static int32_t copper_q15(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
+{
+    const int32_t square_q15 = ((i_d_q15 * i_d_q15) >> 15) + ((i_q_q15 * i_q_q15) >> 15);
+    return scale_clamp(((int64_t)t->r_q12 * square_q15) >> 12, 0, Q15_ONE);
+}
+
+/*
+ * Above v_set a supply that is full allows nothing, so nothing would be returned and no sink be seen. What the windings burn
+ * never reaches the bus; if it did, by a resistance told too large, the bus would stop rising below v_max.
+ */
 static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
 {
-    const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
-    const int32_t allowed_q15 = q15_clamp(missing_q15 + (s->sink_q18 >> SINK_SHIFT), 0, 2 * Q15_ONE - 1);
-    return power_limits(s, speed_rpm_q4, INT32_MAX, allowed_q15);
+    const int32_t set_q25 = t->bus_set_energy_q25;
+    const int32_t top_q25 = set_q25 + (set_q25 >> TOP_SHIFT) * 5;
+    const int32_t sink_q15 = s->sink_q18 >> SINK_SHIFT;
+    const int32_t missing_q15 = (set_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
+    const int32_t left_q15 = (top_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
+    const int32_t allowed_q15 = sink_q15 + q15_max(missing_q15, q15_min(s->copper_q15 - sink_q15, left_q15));
+    return power_limits(s, speed_rpm_q4, INT32_MAX, q15_clamp(allowed_q15, 0, 2 * Q15_ONE - 1));
 }
 
 static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
@@ -96,17 +113,25 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 {
     s->i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
     s->bus = bus_limits(s, t, v->speed_rpm_q4);
-    s->limits = interval_meet(current_limits(s, t), s->bus);
-    s->limits = interval_meet(s->limits, power_limits(s, v->speed_rpm_q4, t->power_max_q15, t->regen_max_q15));
+    s->others = interval_meet(current_limits(s, t),
+                              power_limits(s, v->speed_rpm_q4, t->power_max_q15, t->regen_max_q15));
     if (v->limit_speed) {
-        s->limits = interval_meet(s->limits, speed_limits(t, v->speed_rpm_q4));
+        s->others = interval_meet(s->others, speed_limits(t, v->speed_rpm_q4));
     }
+    s->limits = interval_meet(s->others, s->bus);
 }
 
-static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
+/* Burns while the bus alone limits braking, and no more than that would return. */
+static void follow_burn(struct torque_control *s, const struct tuning *t, int32_t demand_q15)
 {
+    const int32_t asked_q15 = interval_clamp(s->others, demand_q15);
+    const int32_t return_q19 = s->return_q19 - (s->return_q19 >> MEAN_SHIFT) - ((asked_q15 * s->emf_q15) >> 15);
+    s->return_q19 = q15_max(return_q19, -((q15_abs(s->emf_q15) * t->i_max_q15) >> 15)); /* it soon is above 0 again */
     const int32_t step_q15 = (t->i_max_q15 >> BURN_SHIFT) + 1;
-    s->burn_q15 = q15_clamp(s->burn_q15 + (wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1), 0, t->burn_max_q15);
+    const bool too_much = copper_q15(t, s->burn_q15, 0) > s->return_q19 >> MEAN_SHIFT;
+    const bool wanted = interval_clamp(s->bus, asked_q15) != asked_q15;
+    const int32_t change_q15 = too_much ? -step_q15 : wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1;
+    s->burn_q15 = q15_clamp(s->burn_q15 + change_q15, 0, t->burn_max_q15);
 }
 
 /* The q current for the torque at a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
@@ -166,17 +191,11 @@ static int32_t released(const struct torque_control *s, const volatile struct cu
                              : q15_max(demand_q15, s->torque_q15 - step_q15);
 }
 
-/* Whether only the bus limits the demand. */
-static bool bus_decides(const struct torque_control *s, int32_t demand_q15, int32_t torque_q15)
-{
-    return demand_q15 != torque_q15 && (torque_q15 == s->bus.low || torque_q15 == s->bus.high);
-}
-
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t demand_q15)
 {
-    demand_q15 += s->probe_q15;
-    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, released(s, c, t, demand_q15)));
-    follow_burn(s, t, bus_decides(s, demand_q15, s->torque_q15));
+    const int32_t released_q15 = released(s, c, t, demand_q15 + s->probe_q15);
+    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, released_q15));
+    follow_burn(s, t, released_q15);
     const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
     s->torque_q15 = s->torque_q15 < 0 ? -i.torque_q15 : i.torque_q15;
     s->demand_sum_q15 += s->torque_q15;
@@ -188,6 +207,7 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
                              ? -i.i_q_q15
                              : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounding may make it 1 at no torque */
     }
+    s->copper_q15 = copper_q15(t, c->i_d_ref_q15, c->i_q_ref_q15);
     if (FEATURE_IN(WEAKENING) && c->weaken.on) {
         flux_limit_guide(c, t, s->vbus_q15);
     }
@@ -199,5 +219,7 @@ void torque_reset(struct torque_control *s)
     s->probe_q15 = 0;
     s->demand_sum_q15 = 0;
     s->burn_q15 = 0;
+    s->return_q19 = 0;
+    s->copper_q15 = 0;
     flux_limit_reset(&s->flux);
 }

@@ -21,7 +21,8 @@
  * so R and friction need not be known.
  *
  * If the bus allows less than demanded, a current against the magnets burns power in the windings: it makes no torque, lowers
- * the voltage and increases S. Its limit is where it cancels the magnets' flux.
+ * the voltage and increases S. Its limit is where it cancels the magnets' flux, or burns what braking would return. Between
+ * v_set and v_max, as on a full battery, braking is allowed what the windings burn, by the resistance that was told.
  */
 #ifndef FIRMWARE_CONTROL_TORQUE_H
 #define FIRMWARE_CONTROL_TORQUE_H
@@ -44,13 +45,16 @@ struct torque_control {
     int32_t torque_q15;     /* set in the last step, after the limits */
     int32_t probe_q15;      /* added to what is asked for: scope/sweep.h */
     struct interval limits; /* intersection of all limiters */
-    struct interval bus;    /* the bus's alone */
+    struct interval bus;    /* the bus's alone, */
+    struct interval others; /* and the others' */
     int32_t i_limit_q15;    /* of the currents' amplitude */
     int32_t emf_q15;        /* power of a torque of 1.0 at the last measured speed */
     int32_t vbus_q15;       /* of the last measurement */
     int32_t energy_q25;     /* of the bus capacitor */
     int32_t sink_q18;       /* power dissipated or taken back while the motor brakes; >= 0 */
     int32_t demand_sum_q15; /* torque, sum of the steps since the last measurement */
+    int32_t return_q19;     /* power that braking would return without the bus's limit: a mean; driving: negative */
+    int32_t copper_q15;     /* power that the present currents burn */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
     bool flux_is_near;      /* so it is followed each millisecond */
     struct flux_limit flux;
