@@ -57,7 +57,8 @@ int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_lo
     const bool moving = next_speed != 0 || p->ref_speed != 0;
     p->error = p->ref - position_of_shaft(turns, &s->estimate, t, moving);
     p->error_counts = scale_clamp(position_counts(p->error, t), INT32_MIN, INT32_MAX);
-    const int32_t error = scale_clamp(moving ? p->error : answered(p->error, t), -ERROR_MOST, ERROR_MOST);
+    const int32_t most = t->following_units < ERROR_MOST ? (int32_t)t->following_units : ERROR_MOST;
+    const int32_t error = scale_clamp(moving ? p->error : answered(p->error, t), -most, most);
     const int32_t gain_q21 = (int32_t)(((int64_t)t->position_gain_q21 * share_q14(&s->estimate)) >> 14);
     const int64_t answer_q16 = ((int64_t)error * gain_q21) >> 21;
     const int32_t most_q16 = t->speed_max_rpm_q4 << 12;

@@ -5,7 +5,8 @@
  *
  * Positions are in units of 2^-shift counts (tuning.h). A reference of X counts means the middle of count X. During a move, the
  * shaft's position comes from the edges and the time since the last one; at its end, it is the middle of the count: a shaft
- * within its target count has no error, and the loop does not hunt for what the encoder cannot resolve.
+ * within its target count has no error, and the loop does not hunt for what the encoder cannot resolve. An error beyond
+ * following_mturn is answered like that: a shaft that was held comes back no faster.
  */
 #ifndef FIRMWARE_CONTROL_POSITION_H
 #define FIRMWARE_CONTROL_POSITION_H

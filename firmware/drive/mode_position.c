@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "firmware/drive/mode.h"
+#include "lib/q15.h"
 
 #define UNITS_MOST 8000000 /* twice speed_max: the profile's sums have 31 bits */
 
@@ -72,9 +73,37 @@ static void pp_aim(struct axis *a, const struct set_point *s)
     profile_aim(&m->profile, position_of_counts((s->relative ? from : 0) + s->value, &a->tuning));
 }
 
+/* What of a speed is in the direction of another one, at most the other. */
+static int32_t along(int32_t speed, int32_t other)
+{
+    return other < 0 ? q15_clamp(speed, other, 0) : q15_clamp(speed, 0, other);
+}
+
+/*
+ * The profile keeps within following_mturn of the shaft, and the count more that makes it a fault: it waits for a shaft that is
+ * held, and goes on from where one that is slow or driven away has come to.
+ */
+static void wait_for_shaft(struct axis *a)
+{
+    struct profile *const p = &a->motion.profile;
+    const struct tuning *const t = &a->tuning;
+    const int64_t most = t->following_units + (1LL << t->profile.shift);
+    const int64_t shaft = position_of_shaft(&a->motion.turns, &a->speed.estimate, t, true);
+    const int64_t ahead = p->position - shaft;
+    if (ahead <= most && ahead >= -most) {
+        return;
+    }
+    const int64_t target = p->target;
+    const int32_t shaft_speed = units_of_rpm_q16(t, a->speed.estimate.speed_rpm_q15 * 2);
+    const int32_t speed = along(along(shaft_speed, p->speed), p->corner_speed);
+    profile_begin(p, &t->profile, shaft + (ahead < 0 ? -most : most), speed);
+    profile_aim(p, target);
+}
+
 static const struct set_point *pp_step(struct axis *a)
 {
     profile_step(&a->motion.profile, &a->tuning.profile);
+    wait_for_shaft(a);
     control_position(a, a->motion.profile.position);
     return NULL;
 }
