@@ -14,7 +14,8 @@
 #define DOUBT_BAD_MS 2u /* the EMF must contradict for this long */
 #define TURNED_TIMES 3u /* contradictions needed without a jump: slow loss of counts */
 #define STILL_MS     4u /* without a count: the encoder may be dead */
-#define STILL_MS_MAX 16u
+#define STILL_TURN   150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
+#define ACROSS_SHIFT 7    /* a 128th of the bus: what dead time leaves, across the current */
 #define STILL_COUNTS 8u
 #define INDEX_COUNTS 2  /* from pulse to pulse */
 #define EMF_TURN     1u /* the EMF is computed, */
@@ -111,13 +112,33 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * Counts that stand still while the EMF is as before, or cannot tell, mean a dead encoder. If the EMF is gone, the shaft has
- * stopped. Telling none from all of it needs less EMF than telling its angle: three times what may hide it, not four.
+ * The frame stands with the counts. If there is enough EMF, any that is left is a rotor that turns; telling none from all of it
+ * needs less than telling its angle: three times what may hide it, not four. Else what resistance may hide is along the
+ * current, and the EMF of a rotor that turns is soon across it.
  */
-static bool stands_with_emf(const struct encoder_watch *e)
+static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, bool tells)
 {
-    const int32_t there_q15 = q15_max(q15_abs(e->emf.now.d_q15), q15_abs(e->emf.now.q_q15));
-    return e->emf.expected_q15 <= 3 * e->emf.unsure_q15 || there_q15 > e->emf.expected_q15 / 3;
+    const int32_t across_q15 = q15_abs(e->emf.now.d_q15);
+    if (tells) {
+        return q15_max(across_q15, q15_abs(e->emf.now.q_q15)) > e->emf.expected_q15 / 3;
+    }
+    const int32_t drop_q15 = (a->tuning.r_q12 * q15_abs(a->loop.i_d_q15)) >> 12;
+    return across_q15 > q15_max(e->emf.expected_q15, drop_q15 + (a->loop.vbus_q15 >> (ACROSS_SHIFT - 1))) / 2;
+}
+
+/* Counts that stand while the rotor turns mean a dead encoder; while it rests, that something has stopped the shaft. */
+static void judge_still(struct axis *a, struct encoder_watch *e)
+{
+    const bool tells = e->emf.expected_q15 > 3 * e->emf.unsure_q15;
+    const bool left = emf_is_left(a, e, tells);
+    const uint32_t samples = ++e->looked_ms * (uint32_t)a->tuning.loops_per_slow;
+    e->turning_ms = left ? e->turning_ms + 1u : 0u;
+    if (e->turning_ms >= (tells ? 1u : DOUBT_BAD_MS)) {
+        fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
+    } else if (!left && (tells || (uint64_t)samples * angle_size_q32(e->speed_moving_q32) > DEGREES(STILL_TURN))) {
+        e->speed_moving_q32 = 0;
+        e->stopped = true;
+    }
 }
 
 static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
@@ -128,11 +149,10 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
         return; /* this millisecond's voltages are still the old ones */
     }
     if (stands) {
-        if (stands_with_emf(e)) {
-            fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
-        } else {
-            e->speed_moving_q32 = 0; /* that was the shaft */
+        if (!e->stopped) {
+            judge_still(a, e);
         }
+        e->doubt_ms = e->stopped ? 0u : e->doubt_ms + (e->doubt_ms == 0u ? 1u : 0u);
         return;
     }
     if (clear && emf_judge_change(&e->emf, &e->emf_before, e->w_before_q15 < 0) == EMF_AGREES) {
@@ -173,20 +193,12 @@ static void watch_slip(struct axis *a, struct encoder_watch *e)
     }
 }
 
-/* No count although the earlier speed should have given enough by now, or 1/share of it. */
+/* No count although the earlier speed should have given enough by now, or 1/share of it; until the shaft is seen to rest. */
 static bool counts_are_due(const struct axis *a, uint32_t share)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t w_q15 = (uint32_t)q15_abs(w_of(a, e->speed_moving_q32));
-    return e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 &&
-           e->still_ms * w_q15 * share > e->still_limit_q15;
-}
-
-static void watch_still(struct axis *a)
-{
-    if (counts_are_due(a, 1)) {
-        fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
-    }
+    return w_q15 > (uint32_t)e->dead_w_q15 && e->still_ms * w_q15 * share > e->still_limit_q15;
 }
 
 bool encoder_watch_may_be_dead(const struct axis *a)
@@ -286,6 +298,9 @@ static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, u
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     if (e->doubt_ms != 0u) {
         look_in_doubt(a, e);
+    } else if (e->still_ms >= STILL_MS && counts_are_due(a, 1)) {
+        emf_step(&e->emf, &a->loop, &a->tuning, w_of(a, e->speed_moving_q32), w_q15);
+        judge_still(a, e);
     } else if (turn == EMF_TURN) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else if (turn % 2u == 0u) {
@@ -302,6 +317,9 @@ static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
     const int32_t speed_q32 = e->speed_q32;
     if (seen->moved != 0) {
         e->still_ms = 0;
+        e->looked_ms = 0;
+        e->turning_ms = 0;
+        e->stopped = false;
         e->speed_moving_q32 = e->speed_before_q32;
     } else {
         e->still_ms++;
@@ -330,8 +348,5 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
         follow_usual(e, angle_size_q32(surprise_q32));
     }
     encoder_watch_look_at_emf(a, e, turn);
-    if (e->still_ms >= STILL_MS) {
-        watch_still(a);
-    }
     return e->doubt_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
 }

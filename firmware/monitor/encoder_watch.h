@@ -28,7 +28,10 @@ struct encoder_watch {
     int32_t torque_q29;           /* the speed loop's torque memory then */
     struct emf_vector emf_before; /* and the EMF then */
     uint32_t against_ms;          /* how long the EMF has contradicted it */
-    uint32_t still_ms;            /* time without a count */
+    uint32_t still_ms;            /* time without a count, */
+    uint32_t looked_ms;           /* the part of it in which the EMF was looked at, */
+    uint32_t turning_ms;          /* and how long it has shown a rotor that turns nevertheless */
+    bool stopped;                 /* it has shown none: the shaft was stopped within milliseconds */
     int32_t speed_moving_q32;     /* the observer's speed before that */
     int32_t dead_w_q15;           /* from this speed no shaft stops at once */
     uint32_t still_limit_q15;     /* speed times milliseconds that must give some counts */
@@ -53,6 +56,12 @@ bool encoder_watch_step(struct axis *a, uint32_t turn);
 
 /* The cause of an over-current: the encoder, if it has just lost the angle, else what it looks like. ISR, cold. */
 enum fault encoder_watch_blame(const struct axis *a, enum fault seen);
+
+/* True if the shaft was stopped, as by an end stop, and rests since. */
+static inline bool encoder_watch_has_stopped(const struct encoder_watch *e)
+{
+    return e->stopped;
+}
 
 /* True if counts were due but none came: a few milliseconds will decide, and the speed is unreliable until then. */
 bool encoder_watch_may_be_dead(const struct axis *a);

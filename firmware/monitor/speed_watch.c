@@ -92,6 +92,8 @@ static void lose_speed(struct axis *a)
     } else if (heat_holds_back(a)) {
         const bool winding = a->thermal.winding_q4 > a->thermal.max_q4 - DERATED_Q4;
         fault_report(a, winding ? FAULT_OVERTEMPERATURE : FAULT_INVERTER_OVERLOAD, a->thermal.winding_q4 / 16, 0);
+    } else if (rotor_has_encoder(a) && encoder_watch_has_stopped(&a->supervision.encoder)) {
+        fault_report(a, FAULT_STALL, 0, 0);
     } else {
         fault_report(a, FAULT_SPEED_DEVIATION, (a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4) / 16, 0);
     }
