@@ -148,6 +148,18 @@ static bool is_preparing(struct session *s)
     return more;
 }
 
+/* A full battery, or v_max_mv too close above it. */
+static void warn_of_bus(struct session *s)
+{
+    const int32_t bus_q15 = s->axis->loop.vbus_q15;
+    if (bus_q15 * 100 >= s->axis->switching.tuning.v_max_q15 * TUNING_BUS_SET_PERCENT) {
+        const int32_t bus_mv = quantity_millivolt(s->axis, bus_q15);
+        text_print(&s->out,
+                   "warning: bus at %.3d V: the windings must burn what braking returns; v_max_mv %d leaves room\n",
+                   bus_mv, bus_mv + bus_mv / 20);
+    }
+}
+
 static void run_on(struct session *s, const struct arguments *a)
 {
     (void)a;
@@ -161,6 +173,7 @@ static void run_on(struct session *s, const struct arguments *a)
     if (outcome.error == ERROR_NONE) {
         text_print(&s->out, "phase margin of the current loop: %d degrees\n",
                    s->axis->switching.tuning.current_margin_u16 * 360 / 65536);
+        warn_of_bus(s);
     }
 }
 

@@ -72,6 +72,8 @@ struct tuning_field {
     int32_t speed_per_rpm_q12; /* Q32 of a turn a sample, 12 more bits, per rpm in Q16 */
 };
 
+#define TUNING_BUS_SET_PERCENT 96 /* of v_max, the highest voltage from braking: see control/torque.h */
+
 struct tuning {
     /* rate of current sampling and current loop */
     int32_t samples; /* a PWM period */
@@ -102,7 +104,7 @@ struct tuning {
     /* torque: see control/torque.h */
     int32_t torque_emf_q11;     /* power, per torque and speed */
     int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */
-    int32_t bus_set_energy_q25; /* at the highest voltage from braking */
+    int32_t bus_set_energy_q25; /* at TUNING_BUS_SET_PERCENT of v_max */
     int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
     int32_t saliency_q11;       /* apparent x_q - x_d */
     int32_t speed_max_rpm_q4;

@@ -12,8 +12,6 @@
 
 #define POWER_MOST 65535 /* twice the ranges: no limit, and 16 bits can still shift by 15 */
 
-#define BUS_SET_PERCENT 96 /* of v_max: see control/torque.h */
-
 /* Over 1.5 v_range i_range. */
 static int32_t power_q15(const struct params *p, int32_t power_w)
 {
@@ -28,7 +26,7 @@ void tuning_torque(const struct params *p, struct tuning *t)
         scale((int64_t)p->bus_capacitance_uf * p->v_range_mv, 1024LL * CONFIG_SLOW_HZ, 3000000LL * p->i_range_ma);
     t->torque_emf_q11 = (int32_t)scale(flux_nv, 2048, 1000000LL * p->v_range_mv);
     t->bus_energy_q10 = scale_clamp(energy, 0, LARGEST);
-    const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * BUS_SET_PERCENT / 100;
+    const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * TUNING_BUS_SET_PERCENT / 100;
     t->bus_set_energy_q25 = ((set_q15 * set_q15) >> 15) * t->bus_energy_q10;
     const int64_t x_d_q11 = (int64_t)t->x_d_q11 * mtpa_ld_uh(p) / p->ld_uh;
     const int64_t x_q_q11 = (int64_t)t->x_q_q11 * mtpa_lq_uh(p) / p->lq_uh;

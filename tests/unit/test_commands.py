@@ -297,9 +297,22 @@ def test_what_works_is_passed_on(operator, c):
     assert operator("torque -1.5") == ["ok"] and axis.mode == c.AXIS_MODE_TORQUE and axis.torque_command_q15 < 0
     assert operator("quickstop") == ["ok"] and axis.request == c.AXIS_REQUEST_QUICK_STOP
     axis.request, axis.state = c.AXIS_REQUEST_NONE, c.AXIS_SWITCH_ON_DISABLED
-    axis.loop.vbus_q15 = 20000
+    axis.loop.vbus_q15 = 19000
     axis.params.i_range_ma, axis.params.v_range_mv = 23571, 57528
     assert operator("on") == ["ok", "phase margin of the current loop: 62 degrees"] and axis.request == c.AXIS_REQUEST_ON
+
+
+@pytest.mark.parametrize("volt, warns", [(34.5, False), (34.6, True), (35.9, True)])
+def test_on_warns_of_a_bus_within_four_percent_of_v_max(operator, volt, warns):
+    axis = operator.axis
+    axis.params.i_range_ma, axis.params.v_range_mv, axis.params.v_max_mv = 23571, 57528, 36000
+    axis.loop.vbus_q15 = round(volt / 57.528 * 2**15)
+    said = operator("on")
+    assert said[0] == "ok" and len(said) == 2 + warns
+    if warns:
+        told = re.fullmatch(r"warning: bus at ([0-9.]+) V: the windings must burn what braking returns; v_max_mv (\d+) leaves room",
+                            said[2])
+        assert float(told[1]) == pytest.approx(volt, abs=2e-3) and int(told[2]) == pytest.approx(1050 * volt, abs=3)
 
 
 def test_an_error_shows_what_would_work(operator):
