@@ -95,15 +95,18 @@ def test_supervision_step_without_an_encoder_looks_at_none(c, motor):
 
 
 @pytest.mark.parametrize("turn", range(4))
-@pytest.mark.parametrize("still_ms, long_enough", ((3, False), (4, True), (16, True), (17, False)))
-def test_supervision_step_of_an_encoder_that_stands(motor, turn, still_ms, long_enough):
-    """Its counts were due: from the fourth millisecond without any it is told."""
+@pytest.mark.parametrize("still_ms", (3, 4, 16))
+@pytest.mark.parametrize("turns", (True, False))
+def test_supervision_step_of_an_encoder_that_stands(motor, turn, still_ms, turns):
+    """Its counts were due: from the fourth millisecond without any it is told, if the rotor turns."""
     m = at_turn(motor(3000, 4.0), turn)
     encoder = m.axis.supervision.encoder
     encoder.speed_moving_q32, encoder.still_ms = encoder.speed_q32, still_ms - 1
-    encoder.speed_q32 = encoder.speed_before_q32 = m.rpm = 0
-    assert bool(m.until_fault(1)) == long_enough and encoder.still_ms == still_ms
-    assert m.fault == ("ENCODER_DEAD" if long_enough else "NONE")
+    encoder.speed_q32 = encoder.speed_before_q32 = m.shown_rpm = 0
+    m.frozen, m.rpm = True, 3000 if turns else 0
+    dead = turns and still_ms > 3
+    assert bool(m.until_fault(1)) == dead and encoder.still_ms == still_ms
+    assert m.fault == ("ENCODER_DEAD" if dead else "NONE") and encoder.stopped == (not turns and still_ms > 3)
 
 
 @pytest.mark.parametrize("off, counts", ((0, False), (1, True)))

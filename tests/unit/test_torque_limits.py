@@ -145,16 +145,25 @@ def at_voltage(tuning, vbus_q15):
     return {"vbus_q15": vbus_q15, "energy_q25": ((vbus_q15 ** 2) >> 15) * tuning.bus_energy_q10}
 
 
+def room_q15(tuning, state):
+    """Power that fills in a millisecond a quarter of what is left up to 99.7 % of v_max."""
+    top = tuning.bus_set_energy_q25 + tuning.bus_set_energy_q25 // 64 * 5
+    return max(0, top - state["energy_q25"]) / 1024 / 4
+
+
 def test_the_bus_limits_braking_alone(c, machines):
-    """Above v_set nothing may be fed back, either way round; driving and standing still are free."""
+    """Above v_set nothing is fed back but what the windings burn, either way round; driving and standing still are free."""
     machine = machines["surface"]
     _, tuning, torque = machine
     above = at_voltage(tuning, tuning.v_max_q15 - 100)
     for w_q15 in (4000, -4000):
         rpm_q4 = w_q15 * 60 * 1250 * 16 // 4 // Q15
         sign = 1 if w_q15 > 0 else -1
-        step(c, machine, -sign * 9000, w_q15=w_q15, speed_rpm_q4=rpm_q4, **above)
-        assert torque.torque_q15 == 0
+        for burnt in (0, 3000):
+            torque.copper_q15 = burnt
+            step(c, machine, -sign * 9000, w_q15=w_q15, speed_rpm_q4=rpm_q4, **above)
+            watts_q15 = abs(torque.torque_q15 * torque.emf_q15) / Q15
+            assert watts_q15 == pytest.approx(min(burnt, room_q15(tuning, above)), abs=2)
         step(c, machine, sign * 9000, w_q15=w_q15, speed_rpm_q4=rpm_q4, **above)
         assert torque.torque_q15 == sign * 9000
         step(c, machine, -sign * 9000, w_q15=sign * 20, speed_rpm_q4=sign * 29 * 16, **above)
@@ -224,6 +233,7 @@ def test_burning_makes_no_torque_and_ends(c, machines):
             loop = step(c, machine, -9000, burn_q15=burn, **state)
             assert loop.i_q_ref_q15 <= 0
             burn, steps = torque.burn_q15, steps + 1
+            torque.return_q19 = 1 << 19  # more than they can burn
         assert -loop.i_d_ref_q15 == pytest.approx(tuning.burn_max_q15, abs=2)
         assert tuning.burn_max_q15 == pytest.approx(
             min(tuning.i_max_q15, tuning.emf_q12 / 4096 / (tuning.x_d_q11 / 2048) * Q15), abs=2)
@@ -231,6 +241,26 @@ def test_burning_makes_no_torque_and_ends(c, machines):
             loop = step(c, machine, 1000, burn_q15=burn, **state)
             burn = torque.burn_q15
         assert burn == 0 and made_torque(machine, loop) * Q15 == pytest.approx(1000, abs=12)
+
+
+def test_no_more_is_burnt_than_braking_would_return(c, machines):
+    """A demand that swings about nothing returns nothing; a small one is burnt by a small current."""
+    for name in ("surface", "salient"):
+        params, tuning, torque = machines[name]
+        state = {"w_q15": 6000, "speed_rpm_q4": 1000 * 16, **at_voltage(tuning, tuning.v_max_q15 - 400)}
+        for demands, most in (((600, -600), 0.02), ((-300, -300), None)):
+            c.torque_reset(torque)
+            burn, burns = 0, []
+            for n in range(200):
+                step(c, machines[name], demands[n % 2], burn_q15=burn, **state)
+                burn = torque.burn_q15
+                burns.append(burn)
+            returned = 300 * torque.emf_q15 / Q15
+            if most is not None:
+                assert max(burns[40:]) <= most * tuning.i_max_q15
+            else:
+                enough = math.sqrt(returned * Q15 / (tuning.r_q12 / 4096))
+                assert min(burns[60:]) > 0.5 * enough and max(burns[60:]) <= enough + tuning.i_max_q15 / 16 + 2
 
 
 def test_while_braking_voltages_are_too_long_no_torque_grows(c, machines):

@@ -51,6 +51,7 @@ class Motor:
         believed_rpm = self.rpm if self.shown_rpm is None else self.shown_rpm
         hz = believed_rpm / 60 * self.p.pole_pairs
         if not self.frozen:
+            self.counts_shown = self.counts
             latched = round(self.counts + self.slip) % turn
             if latched != self.fabric.encoder.LATCHED:
                 self.fabric.encoder.EDGE_TIME = self.fabric.encoder.LATCH_TIME
@@ -59,7 +60,9 @@ class Motor:
         loop.pll.angle_q32 = round((self.counts + self.slip) * self.p.pole_pairs / turn * 2**32) % 2**32
         w = 2 * math.pi * self.hz
         off = -2 * math.pi * self.slip * self.p.pole_pairs / turn  # where the rotor is, from where the encoder has it
-        v_d = -w * self.lq * self.i_a - w * self.psi * math.sin(off)
+        if self.frozen:  # and the frame with it
+            off += 2 * math.pi * (self.counts - self.counts_shown) * self.p.pole_pairs / turn
+        v_d = -2 * math.pi * hz * self.lq * self.i_a - w * self.psi * math.sin(off)
         v_q = self.r * self.i_a + w * self.psi * math.cos(off) + self.extra_v
         lag = 2 * math.pi * hz * 75e-6
         loop.v_turn_q15 = round(lag * 32768)
@@ -580,14 +583,19 @@ def test_from_three_times_what_may_hide_it_on_a_missing_emf_tells_that_the_shaft
     assert (m.until_fault(60), m.fault) == (None, "NONE")
 
 
-def test_counts_that_have_stood_for_longer_than_16_ms_are_due_no_more(c):
-    """Then the shaft has been stopped, and slowly enough for its EMF to have said nothing."""
-    motor = Motor(c)
-    watch = motor.axis.supervision.encoder
-    watch.speed_moving_q32 = motor.axis.loop.pll.speed_q32
-    for still_ms, dead in ((0, False), (1, True), (16, True), (17, False)):
-        watch.still_ms = still_ms
-        assert c.encoder_watch_may_be_dead(motor.axis) == dead, still_ms
+@pytest.mark.parametrize("i_a, r", ((10.0, 0.36), (10.0, 0.5), (-10.0, 0.2)))
+@pytest.mark.parametrize("rpm", (400, 700, -500))
+@pytest.mark.parametrize("turns", (False, True))
+def test_at_full_current_the_emf_across_it_tells_whether_a_shaft_without_counts_turns(motor, rpm, turns, i_a, r):
+    """Along it a wrong resistance would say anything."""
+    m = motor(rpm, 0.3)
+    m.step(100)
+    m.frozen, m.shown_rpm, m.i_a, m.r = True, 0, i_a, r
+    m.rpm = rpm if turns else 0
+    m.axis.speed.speed_ref_rpm_q4 = 0
+    found = m.until_fault(60)
+    assert (bool(found), m.fault) == ((True, "ENCODER_DEAD") if turns else (False, "NONE")) and (found or 0) <= 12
+    assert m.axis.supervision.encoder.stopped == (not turns) and (turns or not m.c.encoder_watch_may_be_dead(m.axis))
 
 
 @pytest.mark.parametrize("surprise", [-2**31, -2**31 + 1, 2**31 - 1, -2**30, 2**30, -1, 0, 1])
