@@ -12,7 +12,8 @@
 #define TOP_SHIFT     6 /* five 64ths more energy than at v_set: 99.7 % of v_max */
 #define BURN_SHIFT    4 /* from 0 to i_max in 16 periods */
 #define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag */
-#define MEAN_SHIFT    4 /* over 16 periods: what swings about no power is none to be burnt */
+#define MEAN_SHIFT    4 /* over 16 periods: what swings about no power is none to be burnt, */
+#define LEAST_SHIFT   6 /* nor is a 64th of the largest: torque that ripples with a turn */
 
 static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
 {
@@ -113,8 +114,8 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 {
     s->i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
     s->bus = bus_limits(s, t, v->speed_rpm_q4);
-    s->others = interval_meet(current_limits(s, t),
-                              power_limits(s, v->speed_rpm_q4, t->power_max_q15, t->regen_max_q15));
+    s->others =
+        interval_meet(current_limits(s, t), power_limits(s, v->speed_rpm_q4, t->power_max_q15, t->regen_max_q15));
     if (v->limit_speed) {
         s->others = interval_meet(s->others, speed_limits(t, v->speed_rpm_q4));
     }
@@ -126,9 +127,11 @@ static void follow_burn(struct torque_control *s, const struct tuning *t, int32_
 {
     const int32_t asked_q15 = interval_clamp(s->others, demand_q15);
     const int32_t return_q19 = s->return_q19 - (s->return_q19 >> MEAN_SHIFT) - ((asked_q15 * s->emf_q15) >> 15);
-    s->return_q19 = q15_max(return_q19, -((q15_abs(s->emf_q15) * t->i_max_q15) >> 15)); /* it soon is above 0 again */
+    const int32_t most_q15 = (q15_abs(s->emf_q15) * t->i_max_q15) >> 15;
+    s->return_q19 = q15_max(return_q19, -most_q15); /* it soon is above 0 again */
     const int32_t step_q15 = (t->i_max_q15 >> BURN_SHIFT) + 1;
-    const bool too_much = copper_q15(t, s->burn_q15, 0) > s->return_q19 >> MEAN_SHIFT;
+    const int32_t burnt_q15 = copper_q15(t, s->burn_q15, 0) + (most_q15 >> LEAST_SHIFT);
+    const bool too_much = burnt_q15 > s->return_q19 >> MEAN_SHIFT;
     const bool wanted = interval_clamp(s->bus, asked_q15) != asked_q15;
     const int32_t change_q15 = too_much ? -step_q15 : wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1;
     s->burn_q15 = q15_clamp(s->burn_q15 + change_q15, 0, t->burn_max_q15);

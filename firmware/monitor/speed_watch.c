@@ -11,6 +11,8 @@
 #define DERATED_Q4     (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
 #define DERATED_PART   10        /* of i_max that heat has taken */
 #define RATE_SHIFT     1
+#define TO_REST_MS     8
+#define AT_REST_Q4     8  /* half a rpm a step: whoever turns round goes through 0 faster */
 #define CYCLE_SHORTEST 7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
 #define CYCLE_LONGEST  250u
 #define CYCLE_HALVES   6u
@@ -113,6 +115,25 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
 }
 
 /*
+ * What stops the shaft within milliseconds, and holds it, is an end stop: a stall, whatever the speed has lost meanwhile. What
+ * turns it round is a load. False once that is known, or if the shaft turns on.
+ */
+static bool comes_to_rest(struct axis *a, struct speed_watch *s)
+{
+    const int32_t size_q4 = q15_abs(a->speed.speed_rpm_q4);
+    const bool turned = (a->speed.speed_rpm_q4 ^ a->speed.speed_ref_rpm_q4) < 0;
+    if (size_q4 >= AXIS_STANDSTILL_RPM_Q4) {
+        const bool slower = !turned && size_q4 < q15_abs(a->speed.speed_ref_rpm_q4);
+        s->coming_to_rest = slower && size_q4 < TO_REST_MS / (int32_t)STEP_MS * s->rate_q4;
+        return s->coming_to_rest;
+    }
+    if (s->coming_to_rest && s->rate_q4 <= AT_REST_Q4) {
+        fault_report(a, FAULT_STALL, 0, 0);
+    }
+    return s->coming_to_rest;
+}
+
+/*
  * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor does all it
  * can: then the load is stronger. Only the shaft counts for that, not a reference that runs ahead of it.
  */
@@ -134,7 +155,9 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     s->speed_q4 = a->speed.speed_rpm_q4;
     s->losing_ms = losing_ms;
     s->far_ms = far_ms;
-    if (far_ms >= FAR_MS || losing_ms >= LOSING_MS) {
+    if (far_ms < FAR_MS && losing_ms < LOSING_MS) {
+        s->coming_to_rest = false;
+    } else if (!comes_to_rest(a, s)) {
         lose_speed(a);
     }
 }
