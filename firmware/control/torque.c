@@ -130,11 +130,14 @@ static void follow_burn(struct torque_control *s, const struct tuning *t, int32_
     const int32_t most_q15 = (q15_abs(s->emf_q15) * t->i_max_q15) >> 15;
     s->return_q19 = q15_max(return_q19, -most_q15); /* it soon is above 0 again */
     const int32_t step_q15 = (t->i_max_q15 >> BURN_SHIFT) + 1;
-    const int32_t burnt_q15 = copper_q15(t, s->burn_q15, 0) + (most_q15 >> LEAST_SHIFT);
-    const bool too_much = burnt_q15 > s->return_q19 >> MEAN_SHIFT;
-    const bool wanted = interval_clamp(s->bus, asked_q15) != asked_q15;
-    const int32_t change_q15 = too_much ? -step_q15 : wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1;
-    s->burn_q15 = q15_clamp(s->burn_q15 + change_q15, 0, t->burn_max_q15);
+    const int32_t returned_q15 = (s->return_q19 >> MEAN_SHIFT) - (most_q15 >> LEAST_SHIFT);
+    const int32_t more_q15 = q15_min(s->burn_q15 + step_q15, t->burn_max_q15);
+    if (interval_clamp(s->bus, asked_q15) != asked_q15 && copper_q15(t, more_q15, 0) <= returned_q15) {
+        s->burn_q15 = more_q15;
+    } else {
+        const bool too_much = copper_q15(t, s->burn_q15, 0) > returned_q15;
+        s->burn_q15 = q15_max(s->burn_q15 - (step_q15 >> (too_much ? 1 : FADE_SHIFT)) - 1, 0);
+    }
 }
 
 /* The q current for the torque at a d current other than the map's: torque over psi - (L_q - L_d) i_d. */

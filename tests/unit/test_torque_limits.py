@@ -40,7 +40,8 @@ def step(c, machine, wish, **state):
     torque.torque_q15 = state.get("last_q15", 0)
     torque.demand_sum_q15 = 2 * torque.torque_q15
     torque.sink_q18 = state.get("sink_q18", 0)
-    torque.burn_q15 = state.get("burn_q15", 0)
+    torque.burn_q15, torque.copper_q15 = state.get("burn_q15", 0), state.get("copper_q15", 0)
+    torque.return_q19 = state.get("return_q19", 0)
     torque.energy_q25 = state.get("energy_q25", 0)
     c.torque_measure(torque, loop, tuning, state.get("vbus_q15", 14000))
     c.torque_set_limits(torque, tuning, view)
@@ -160,8 +161,7 @@ def test_the_bus_limits_braking_alone(c, machines):
         rpm_q4 = w_q15 * 60 * 1250 * 16 // 4 // Q15
         sign = 1 if w_q15 > 0 else -1
         for burnt in (0, 3000):
-            torque.copper_q15 = burnt
-            step(c, machine, -sign * 9000, w_q15=w_q15, speed_rpm_q4=rpm_q4, **above)
+            step(c, machine, -sign * 9000, w_q15=w_q15, speed_rpm_q4=rpm_q4, copper_q15=burnt, **above)
             watts_q15 = abs(torque.torque_q15 * torque.emf_q15) / Q15
             assert watts_q15 == pytest.approx(min(burnt, room_q15(tuning, above)), abs=2)
         step(c, machine, sign * 9000, w_q15=w_q15, speed_rpm_q4=rpm_q4, **above)
@@ -230,10 +230,9 @@ def test_burning_makes_no_torque_and_ends(c, machines):
         state = {"w_q15": 6000, "speed_rpm_q4": 1000 * 16, **at_voltage(tuning, tuning.v_max_q15 - 400)}
         burn, steps = 0, 0
         while steps < 40:
-            loop = step(c, machine, -9000, burn_q15=burn, **state)
+            loop = step(c, machine, -9000, burn_q15=burn, return_q19=1 << 19, **state)  # more than they can burn
             assert loop.i_q_ref_q15 <= 0
             burn, steps = torque.burn_q15, steps + 1
-            torque.return_q19 = 1 << 19  # more than they can burn
         assert -loop.i_d_ref_q15 == pytest.approx(tuning.burn_max_q15, abs=2)
         assert tuning.burn_max_q15 == pytest.approx(
             min(tuning.i_max_q15, tuning.emf_q12 / 4096 / (tuning.x_d_q11 / 2048) * Q15), abs=2)
@@ -248,19 +247,16 @@ def test_no_more_is_burnt_than_braking_would_return(c, machines):
     for name in ("surface", "salient"):
         params, tuning, torque = machines[name]
         state = {"w_q15": 6000, "speed_rpm_q4": 1000 * 16, **at_voltage(tuning, tuning.v_max_q15 - 400)}
-        for demands, most in (((600, -600), 0.02), ((-300, -300), None)):
-            c.torque_reset(torque)
-            burn, burns = 0, []
+        for demands, returned in (((600, -600), 0), ((-900, -900), 900)):
+            burn, mean, burns = 0, 0, []
             for n in range(200):
-                step(c, machines[name], demands[n % 2], burn_q15=burn, **state)
-                burn = torque.burn_q15
+                step(c, machines[name], demands[n % 2], burn_q15=burn, return_q19=mean, **state)
+                burn, mean = torque.burn_q15, torque.return_q19
                 burns.append(burn)
-            returned = 300 * torque.emf_q15 / Q15
-            if most is not None:
-                assert max(burns[40:]) <= most * tuning.i_max_q15
-            else:
-                enough = math.sqrt(returned * Q15 / (tuning.r_q12 / 4096))
-                assert min(burns[60:]) > 0.5 * enough and max(burns[60:]) <= enough + tuning.i_max_q15 / 16 + 2
+            watts_q15 = max(0, returned - tuning.i_max_q15 / 64) * torque.emf_q15 / Q15
+            enough = min(math.sqrt(watts_q15 * Q15 / (tuning.r_q12 / 4096)), tuning.burn_max_q15)
+            step_q15 = tuning.i_max_q15 / 16
+            assert enough - 1.2 * step_q15 <= min(burns[100:]) and max(burns[100:]) <= enough + 2, (name, returned)
 
 
 def test_while_braking_voltages_are_too_long_no_torque_grows(c, machines):

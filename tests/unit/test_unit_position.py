@@ -101,11 +101,11 @@ def test_within_a_count_of_its_place_a_shaft_at_rest_is_left_alone(c, loop):
 
 @pytest.mark.parametrize("off", (2, -2, 40, -1000))
 def test_beyond_the_answer_is_the_bandwidths(c, loop, off):
-    """2 pi 12 Hz times the error, of which a count does not count."""
+    """2 pi 12 Hz times the error, of which a count does not count, nor what is beyond following_mturn, 400 counts."""
     tuning, speed, turns, position = loop
     c.position_begin(position, middle(loop, off), 0)
     step(c, loop, middle(loop, off))
-    counts_s = 2 * math.pi * 12 * (abs(off) - 1) * math.copysign(1, off)
+    counts_s = 2 * math.pi * 12 * min(abs(off) - 1, 400) * math.copysign(1, off)
     assert speed.ref_rpm_q16 / 65536 == pytest.approx(counts_s / 4000 * 60, rel=2e-3)
 
 
@@ -125,6 +125,7 @@ def test_on_the_way_speed_and_acceleration_are_fed_forward(c, loop):
 
 def test_the_answer_ends_at_speed_max(c, loop):
     tuning, speed, turns, position = loop
+    tuning.following_units = 1 << 62
     for sign in (1, -1):
         c.position_begin(position, sign * middle(loop, 10**9), 0)
         step(c, loop, sign * middle(loop, 10**9))
