@@ -60,6 +60,8 @@ static const struct syntax {
     {"end", EVENT_END, "", "end"},
     {"fabric_other", EVENT_FABRIC_OTHER, "b", "fabric_other 0|1"},
     {"fabric_sealed", EVENT_FABRIC_SEALED, "b", "fabric_sealed 0|1"},
+    {"fabric_sealed_behind", EVENT_FABRIC_SEALED_BEHIND, "w",
+     "fabric_sealed_behind OFFSET (that may be read once more)"},
     {"fabric_hangs", EVENT_FABRIC_HANGS, "b", "fabric_hangs 0|1"},
     {"flash_bits", EVENT_FLASH_BITS, "aw", "flash_bits OFFSET WORD (of SYSREG, from the next reset on)"},
     {"pll_lost", EVENT_PLL_LOST, "b", "pll_lost 0|1"},

@@ -327,7 +327,10 @@ static void play(const struct event *e)
         disguise_all(e->on);
         break;
     case EVENT_FABRIC_SEALED:
-        board.seal_fabric(e->on);
+        board.seal_fabric(e->on, SEALED_AT_ONCE);
+        break;
+    case EVENT_FABRIC_SEALED_BEHIND:
+        board.seal_fabric(true, e->word);
         break;
     case EVENT_FABRIC_HANGS:
         board.hang_fabric(e->on);

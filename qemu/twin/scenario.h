@@ -11,6 +11,8 @@
 #include "simtime.h"
 #include "sysreg.h"
 
+#define SEALED_AT_ONCE UINT32_MAX /* no offset that may be read once more */
+
 /* What events do to the board beyond the plant. */
 struct scenario_board {
     struct plant *(*plant)(unsigned axis);
@@ -22,7 +24,7 @@ struct scenario_board {
     void (*reset)(enum reset_cause);           /* of the MSS */
     void (*put_back)(void);                    /* what traffic on FIC_0 puts back */
     void (*interrupt)(int number, bool level); /* of the MSS */
-    void (*seal_fabric)(bool);                 /* whoever touches it ends the run */
+    void (*seal_fabric)(bool, uint32_t);       /* whoever touches it, but for one read of an offset, ends the run */
     void (*hang_fabric)(bool);                 /* an access never ends, so the watchdog does */
     void (*end)(unsigned axis);                /* of its part of the run */
 };
