@@ -59,7 +59,7 @@ def sizes(build):
     import size
 
     flash, ram = defaultdict(int), defaultdict(int)
-    for section, name, count in size.contributions(build / "mssfoc.map", build / "mssfoc.elf"):
+    for section, name, count in size.contributions(build / "mssfoc.map"):
         if section in size.IN_FLASH:
             flash[size.room(name)] += count
         if section in size.IN_RAM:

@@ -32,19 +32,32 @@ class Row:
     stack: int  # at most, with what it calls; None for a table
 
 
-def contributions(map_path, image):
-    """(section, object, bytes) of everything the linker placed."""
+def contributions(map_path):
+    """(section, object, bytes) of everything the linker placed.
+
+    By addresses, since what the map calls a size is not always what a part takes: strings that are merged with others' take
+    nothing, which some linkers say (2.40) and others do not (2.44).
+    """
     text = Path(map_path).read_text()
     text = text[text.index("Linker script and memory map"):]
-    text = re.sub(r"\n (\.\S+)\n\s+(0x)", r"\n \1 \2", text)  # long names stand on a line of their own
-    output = None
-    for line in text.split("\n"):
-        head = re.match(r"^(\.\S+)", line)
-        if head:
-            output = head.group(1)
-        part = re.match(r"^ (\.\S+|COMMON)\s+0x[0-9a-f]+\s+0x([0-9a-f]+)\s+(\S+)$", line)
-        if part and output and int(part.group(2), 16):
-            yield output, part.group(3), int(part.group(2), 16)
+    text = re.sub(r"\n( ?\.\S+)\n\s+(0x)", r"\n\1 \2", text)  # long names stand on a line of their own
+    output, placed = None, []  # [address, bytes, object, or None where nothing but the address counts]
+    for output_name, name, address, size, owner in re.findall(
+            r"^(?:(\.\S+)| (\.\S+|COMMON|\*fill\*)) +0x([0-9a-f]+) +0x([0-9a-f]+)(?: +(.*))?$", text, re.M):
+        start, size = int(address, 16), int(size, 16)
+        if output_name:
+            yield from _without_overlap(output, placed)
+            output, placed = output_name, []
+            end = [start + size, 0, None]
+        elif output:
+            placed[-1:] = [[start, size, None if name == "*fill*" else owner], end]
+    yield from _without_overlap(output, placed)
+
+
+def _without_overlap(output, placed):
+    for (start, size, owner), (following, *_) in zip(placed, placed[1:]):
+        if owner and min(size, following - start) > 0:
+            yield output, owner, min(size, following - start)
 
 
 def room(name):
@@ -53,12 +66,12 @@ def room(name):
         return match.group(1)
     if "libmssfoc.a" in name:
         return "lib"
-    return "compiler's run-time" if "libgcc" in name else "other"
+    return "compiler's run-time" if "libgcc" in name or name == "linker stubs" else "other"
 
 
 def image_table(image):
     flash, ram = defaultdict(int), defaultdict(int)
-    for section, name, size in contributions(Path(image).with_suffix(".map"), image):
+    for section, name, size in contributions(Path(image).with_suffix(".map")):
         if section in IN_FLASH:
             flash[room(name)] += size
         if section in IN_RAM:

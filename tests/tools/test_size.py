@@ -2,6 +2,7 @@
 """The library's flash, RAM and stack: no RAM of its own, and the stack as the compiler and the instructions have it."""
 import os
 import subprocess
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -77,3 +78,36 @@ def test_ram_is_seen(make_library):
     data = "    .data\n    .type word, %object\nword: .word 1\n    .size word, 4\n    .bss\n    .space 8\n"
     rows = {row.name: row for row in size.library_rows(make_library(CODE + data))}
     assert rows["outer"].ram == 4 + 8 and rows["word"].flash == 0
+
+
+def elf_sections(image):
+    lines = subprocess.run([CROSS + "size", "-A", image], capture_output=True, text=True, check=True).stdout.splitlines()
+    return {line.split()[0]: int(line.split()[1]) for line in lines if line.startswith(".")}
+
+
+def test_what_was_placed_adds_up_to_the_image():
+    """But for gaps. A linker's map may give merged strings the bytes that they had before."""
+    placed = Counter()
+    for section, _, count in size.contributions(BUILD / "mssfoc.map"):
+        placed[section] += count
+    whole = elf_sections(BUILD / "mssfoc.elf")
+    for section in (*size.IN_FLASH, ".bss"):
+        assert 0 <= whole[section] - placed[section] <= max(8, whole[section] // 50), section
+
+
+@pytest.mark.parametrize("bytes_of_merged", ("0x00000010", "0x00000000"))
+def test_strings_that_are_merged_take_nothing(bytes_of_merged, tmp_path):
+    (tmp_path / "image.map").write_text(f"""Linker script and memory map
+
+.text           0x00000000       0x2c load address 0x60000000
+ .rodata.str1.4
+                0x00000000       0x20 a.o
+                                 0x10 (size before relaxing)
+ .rodata.str1.4
+                0x00000020 {bytes_of_merged} b.o
+ *fill*         0x00000020        0x4
+ .text.c        0x00000024        0x8 c.o
+
+.comment        0x00000000       0x10
+""")
+    assert list(size.contributions(tmp_path / "image.map")) == [(".text", "a.o", 0x20), (".text", "c.o", 8)]
