@@ -29,7 +29,7 @@ endif
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
-    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
+    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL UNTIL N FILES RUNGS KEEP_GOING LISTED \
     BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
@@ -260,8 +260,7 @@ flash: tools-image
 test: tools-test
 	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
-	@$(MAKE) --no-print-directory -s lint
-	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(filter 2,$(ALL)),,$(if $(ALL),--most,--sample)) tests
+	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(filter 2,$(ALL)),,$(if $(ALL),--most,--sample)) $(UNTIL:%=--until=%) tests
 
 storm: tools-test
 	$(says)

@@ -2,10 +2,12 @@
 """The house rules that no compiler checks: formatting, layers, and what must not stand in code for the target.
 
 Warnings are the compiler's business: every build has -Wall ... -Werror. Prints one line a finding, exits 1 if there is any.
+The tests hold what rules() finds; how code is laid out keeps nobody from them, and is judged here alone.
 """
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import arrows
@@ -175,16 +177,34 @@ def firmware_texts():
             if path.parts[0] == "firmware" and path.suffix in (".c", ".h")}
 
 
-def check_format(paths):
-    tool = "clang-format"
-    result = subprocess.run([tool, "--dry-run", "-Werror", "--style=file", *map(str, paths)], cwd=ROOT,
+FORMATTER = ROOT / ".ci" / "clang-format"  # one version for all
+
+
+def check_format(paths, folder=ROOT):
+    result = subprocess.run([FORMATTER, "--dry-run", "-Werror", "--style=file", *map(str, paths)], cwd=folder,
                             capture_output=True, text=True)
-    for line in result.stderr.split("\n"):
-        match = re.match(r"([^:]+):(\d+):\d+: error: (.*)", line)
-        if match:
-            yield Path(match.group(1)), int(match.group(2)), f"not as {tool} would have it"
-    if result.returncode and not result.stderr.strip():
-        yield Path(".clang-format"), 1, f"{tool} failed"
+    places = re.findall(r"^([^:\n]+):(\d+):\d+: error: ", result.stderr, re.M)
+    for name, number in places:
+        yield Path(name), int(number), "not as clang-format would have it"
+    if result.returncode and not places:
+        yield Path(".clang-format"), 1, result.stderr.strip().split("\n")[-1] or "clang-format failed"
+
+
+def check_guide():
+    """What docs/guides/adding.md adds, where it adds it."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from guides import edits
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        edits.copied(folder, [edit.path for edit in edits.edits()] + [".clang-format"])
+        guide = edits.GUIDE.relative_to(ROOT)
+        try:
+            code = [path for path in edits.apply(folder) if path.endswith((".c", ".h"))]
+        except AssertionError as error:
+            yield guide, 1, str(error)
+            return
+        for path, number, what in check_format(code, folder):
+            yield guide, 1, f"what it makes of {path}:{number} is {what}"
 
 
 def check_python(path):
@@ -194,13 +214,23 @@ def check_python(path):
         yield 1, str(error).strip().split("\n")[-1]
 
 
-def findings():
+def layout():
     files = tracked()
     for path in files:
-        if path.suffix not in CODE and path.name != "Makefile":
+        if path.suffix in CODE:
+            for number, what in check_text(path, (ROOT / path).read_text(encoding="utf-8")):
+                yield path, number, what
+    yield from check_format([p for p in files if p.suffix in (".c", ".cpp", ".h")])
+    yield from check_guide()
+
+
+def rules():
+    files = tracked()
+    for path in files:
+        if path.suffix not in CODE:
             continue
         text = (ROOT / path).read_text(encoding="utf-8")
-        checks = [] if path.name == "Makefile" else [check_text(path, text)]
+        checks = []
         if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S"):
             checks += [check_includes(path, text), check_target_code(path, text)]
         if path.parts[0] in TARGET_ROOMS and path.suffix == ".c":
@@ -216,16 +246,15 @@ def findings():
                               if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S")})
     for name, paths in shared_statics(firmware_texts()).items():
         yield paths[0], 1, f"{name}() is static in {', '.join(paths)}: a backtrace tells only the name"
-    yield from check_format([p for p in files if p.suffix in (".c", ".cpp", ".h")])
 
 
 def main():
     count = 0
-    for path, number, what in findings():
+    for path, number, what in (*layout(), *rules()):
         print(f"{path}:{number}: {what}")
         count += 1
     if count:
-        print(f"mssfoc: {count} findings; 'clang-format -i FILE' mends the formatting", file=sys.stderr)
+        print(f"mssfoc: {count} findings; '.ci/clang-format -i FILE' mends the formatting", file=sys.stderr)
         return 1
     print("lint: no findings")
     return 0

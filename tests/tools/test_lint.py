@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What lint says of a file that is too long, a function that is, and of two static functions of one name."""
+"""The tree keeps the rules; what lint says of a long file, a long function, two static functions of one name, no formatter."""
 import importlib.util
 from pathlib import Path
 
@@ -31,3 +31,19 @@ def test_a_file_may_have_four_hundred_lines_and_no_more():
 def test_a_static_name_stands_once_in_the_firmware():
     texts = {"firmware/a.c": function(5), "firmware/b.c": function(6), "firmware/c.c": function(6, "other")}
     assert lint.shared_statics(texts) == {"step": ["firmware/a.c", "firmware/b.c"]}
+
+
+def test_the_tree_keeps_the_rules():
+    assert not [f"{path}:{number}: {what}" for path, number, what in lint.rules()]
+
+
+def test_formatting_is_found_by_one_version(tmp_path, monkeypatch):
+    """Where it cannot be had, lint says so instead of passing."""
+    formatter = tmp_path / "formatter"
+    formatter.write_text("#!/bin/sh\necho \"$0: no network\" >&2\nexit 1\n")
+    formatter.chmod(0o755)
+    monkeypatch.setattr(lint, "FORMATTER", formatter)
+    ((path, _, what),) = lint.check_format(["firmware/main.c"])
+    assert str(path) == ".clang-format" and "no network" in what
+    formatter.write_text("#!/bin/sh\necho \"$5:3:1: error: code should be clang-formatted\" >&2\nexit 1\n")
+    assert [(str(path), number) for path, number, _ in lint.check_format(["a.c", "b.c"])] == [("b.c", 3)]
