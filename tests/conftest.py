@@ -5,6 +5,7 @@ import hashlib
 import itertools
 import os
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -55,11 +56,37 @@ def pytest_addoption(parser):
     parser.addoption("--sample", action="store_true",
                      help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
                           " the image, one test in five")
+    parser.addoption("--until", type=float, help="seconds since 1970: what has not begun by then is left out, and said")
     parser.addoption("--most", action="store_true",
                      help="without what is marked `long`, half a minute for one case more; of what plays the image, a fourth")
 
 
+class Until:
+    """Ends the session in time. What was left out is said, and is no failure."""
+    def __init__(self, config):
+        self.config, self.ends, self.played = config, config.getoption("--until"), 0
+
+    def pytest_runtest_logreport(self, report):
+        if report.when != "teardown":
+            return
+        self.played += 1
+        if time.time() >= self.ends:
+            for session in filter(None, (self.config.pluginmanager.getplugin(name) for name in ("session", "dsession"))):
+                session.shouldstop = "time was up"
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self, session, exitstatus):
+        if exitstatus == pytest.ExitCode.INTERRUPTED and time.time() >= self.ends:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED if session.testsfailed else pytest.ExitCode.OK
+
+    def pytest_terminal_summary(self, terminalreporter):
+        if time.time() >= self.ends:
+            terminalreporter.write_line(f"time was up after {self.played} tests")
+
+
 def pytest_configure(config):
+    if config.getoption("--until") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Until(config))
     config.addinivalue_line("markers", "rest: more of what other tests show; `make test ALL=1`, and so .ci/run, has it")
     config.addinivalue_line("markers", "long: the same, for a night: only `make test ALL=2` has it")
 

@@ -5,7 +5,7 @@ usage: update.py             tightens only
        update.py --loosen    raises too: say in each reason why
 
 GCC 12's figures stand in tests/budgets.toml, where reasons stay. Another compiler's stand beside it (budgets-gcc14.toml): those
-that GCC 12's do not hold, no others. So GCC 12 comes first.
+that GCC 12's do not hold, no others. So GCC 12 comes first. `.ci/budgets DIR` does all of it with both.
 """
 import json
 import os
