@@ -143,6 +143,9 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # together. The small functions of lib/ get slower by it: they save a register more.
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -mtune=cortex-m4 -frename-registers
 
+# What the thread does, and what is done once: here bytes count, not cycles.
+$(foreach room,settings commission operate,$(BUILD)/arm/firmware/$(room)/%.o): CFLAGS_ARM += -Os
+
 # the one object that knows the commit
 $(BUILD)/arm/firmware/operate/commands_session.o: CFLAGS_ARM += -include $(BUILD)/commit.h
 $(BUILD)/arm/firmware/operate/commands_session.o: $(BUILD)/commit.h

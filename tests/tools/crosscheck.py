@@ -30,11 +30,12 @@ def compiler_frames(objects):
 
 
 def compiler_calls(objects):
-    """{function: {called names}} of the .ci files, after inlining."""
+    """{function: {called names}} of the .ci files, after inlining; without the run-time's, whose calls it may still remove."""
     calls = {}
     for path in _beside_objects(objects, ".ci"):
         for source, target in re.findall(r'^edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', path.read_text(), re.M):
-            calls.setdefault(source.split(":")[-1], set()).add(target.split(":")[-1])
+            if not target.startswith("__aeabi_"):
+                calls.setdefault(source.split(":")[-1], set()).add(target.split(":")[-1])
     return calls
 
 

@@ -213,6 +213,8 @@ class Image:
                 "call pointer" if pointer["kind"] == "blx" else "jump pointer"
         elif mnemonic in ("tbb", "tbh"):
             flow, targets = "table", self._table(address, mnemonic, operands)
+        elif mnemonic == "ldr" and re.fullmatch(r"pc, \[\w+, \w+, lsl #2\]", operands):
+            flow, targets = "table", self._table_of_addresses(address + size)
         instruction = Instruction(address, size, mnemonic, operands, flow, targets, condition)
         if not flow and mnemonic.startswith(("pop", "ldm")) and PROGRAM_COUNTER in instruction.registers:
             return Instruction(address, size, mnemonic, operands, "return")
@@ -239,6 +241,14 @@ class Image:
         data = self.bytes_at(base, end - base)
         steps = [int.from_bytes(data[i:i + width], "little") for i in range(0, len(data) - width + 1, width)]
         return tuple(sorted({base + 2 * step for step in steps if base + 2 * step >= end}))
+
+    def _table_of_addresses(self, behind):
+        """As -Os has it, on the next word."""
+        base = (behind + 3) & ~3
+        if (base, "d") not in self._marks:
+            raise ImageError(f"a table of addresses at {behind:#x} that does not follow its instruction")
+        end = next(at for at, kind in self._marks if at > base and kind == "t")
+        return tuple(sorted({self.word(at) & ~1 for at in range(base, end - 3, 4)}))
 
 
 def _apply_it_blocks(function):
