@@ -49,6 +49,16 @@ def test_a_load_through_the_stack_pointer_leaves_it(make_image):
         bounds_of(make_image(code.format("", 0)))
 
 
+@pytest.mark.parametrize("branch", (
+    "tbb [pc, r0]\\n 9: .byte (1f - 9b) / 2, (2f - 9b) / 2",
+    "adr r1, 9f\\n ldr pc, [r1, r0, lsl #2]\\n .balign 4\\n 9: .word 1f + 1, 2f + 1"))
+def test_every_way_of_a_branch_table_counts(make_image, branch):
+    """The second as -Os makes them."""
+    found = bounds_of(make_image('__attribute__((naked)) int work(int n) { __asm("push {r4, lr}\\n .balign 4\\n' + branch +
+                                 '\\n .balign 2\\n 1: pop {r4, pc}\\n 2: sub sp, #60\\n add sp, #60\\n b 1b"); }'))
+    assert row(found, "Reset_Handler").own == 8 + 8 + 60
+
+
 def test_nesting_by_priority(make_image):
     handlers = "".join(f'__attribute__((naked)) void {name}(void) {{ __asm("sub sp, #{size}\\n add sp, #{size}\\n bx lr"); }}\n'
                        for name, size in (("Slow", 40), ("Fast", 16), ("Fast2", 24)))
