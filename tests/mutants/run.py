@@ -27,9 +27,10 @@ JUDGES = ("firmware", "drivers", "startup", "lib", "linker", "qemu", "tests", "M
 def project(root):
     cross = os.environ.get("CROSS") or "arm-none-eabi-"
     build = [f"build/mssfoc{end}" for end in (".elf", ".hex", ".bin", "-envm.hex")]
+    compiler = os.environ.get("CC_ARM") or cross + "gcc"
     return Project(root, ("make", "-s"), (*build, "build/libmssfoc.a", "twin", "target-tests"),
                    tuple(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup")),
-                   ("build/mssfoc.elf", "build/tests/target/*.elf"), cross + "objcopy")
+                   ("build/mssfoc.elf", "build/tests/target/*.elf"), cross + "objcopy", compiler)
 
 
 def options(argv):

@@ -15,6 +15,7 @@ from mutants import reach
 FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE")
 # no warning gives a mutant away, but what passes an integer for a pointer is not taken for C
 WARNINGS = "-Werror=int-conversion -Werror=incompatible-pointer-types"
+BUILT = tuple(f"{name}/" for name in ("arm", "eds", "fabric", "host", "qemu", "tests/target", "tests/unit"))
 WALL_S = 3600.0  # without a verdict by then the machine is at fault, not the mutant
 
 
@@ -27,6 +28,7 @@ class Project:
     objects: tuple             # globs of the objects that the faults' files are compiled into
     products: tuple            # globs of what tests run
     objcopy: str
+    compiler: str = "cc"       # of the objects
 
 
 class Trouble(Exception):
@@ -98,15 +100,15 @@ class Tree:
         self.snapshot = folder / "as_it_was"
         self.group, self.times = None, None
         folder.mkdir(parents=True, exist_ok=True)
-        self.compiler = folder / "cc"
-        self.compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("HOSTCC") or "cc"} "$@" -Wno-error {WARNINGS}\n')
-        self.compiler.chmod(0o755)
+        for name, compiler in (("cc", os.environ.get("HOSTCC") or "cc"), ("cc-arm", project.compiler)):
+            (folder / name).write_text(f'#!/bin/sh\nexec {compiler} "$@" -Wno-error {WARNINGS}\n')
+            (folder / name).chmod(0o755)
 
     def environment(self):
         """Without the user's choices, and with warnings that are no errors for whatever is built on the way."""
         kept = {key: value for key, value in os.environ.items() if key not in FOREIGN and not key.startswith("PYTEST_")}
-        return {**kept, "BUILD": "build", "HOSTCC": str(self.compiler), "NO_INSTALL": "1",
-                "MAKEFLAGS": "WARNINGS=" + WARNINGS.replace(" ", "\\ "), "PYTHONDONTWRITEBYTECODE": "1"}
+        return {**kept, "BUILD": "build", "HOSTCC": "../cc", "NO_INSTALL": "1", "MAKEFLAGS": "CC_ARM=../cc-arm",
+                "PYTHONDONTWRITEBYTECODE": "1"}
 
     def run(self, command, extra=None):
         """(status, output); ends everything it started."""
@@ -139,13 +141,22 @@ class Tree:
     def prepare(self):
         """The project as it is, built. What an interrupted run left of a mutant goes first."""
         mirror(self.snapshot, self.root / "build", inside(self.snapshot))
-        gone = mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
+        new = not self.root.exists()
+        gone = mirror(self.project.root, self.root, tracked(self.project.root), ("build",), None if new else _same_content)
+        if new:
+            self._take_what_is_built()
         if gone or self.build(self.project.targets)[0]:  # perhaps of products whose sources are not there any more
             for folder in (self.root / "build", self.snapshot):
                 shutil.rmtree(folder, ignore_errors=True)
             status, output = self.build(self.project.targets)
             if status:
                 raise Trouble("the tree as it is does not build:\n" + last_lines(output))
+
+    def _take_what_is_built(self):
+        """Of the project itself, whose times the copies have: what is stale there is built here."""
+        source = self.project.root / "build"
+        names = [name for name in inside(source) if "/" not in name or name.startswith(BUILT)]
+        mirror(source, self.root / "build", names)
 
     def build(self, targets):
         return self.run([*self.project.make, *targets])
