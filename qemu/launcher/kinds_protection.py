@@ -26,7 +26,18 @@ def _bridge_off(run, since, after_s=0.0):
     t = run.trace["t_s"]
     first = int(np.searchsorted(t, start))
     off = np.flatnonzero((run.trace["gates"][first:] == 0) & (run.trace["gate_live"][first:] == 0))
-    return None if len(off) == 0 else whole_periods(start, t[first + off[0]], run.pwm_period_s)
+    return None if len(off) == 0 else whole_periods(start, _off_s(run, first + off[0]), run.pwm_period_s)
+
+
+def _off_s(run, row):
+    """When the bridge is off that a row shows so. A reset takes the PWM's samples along: behind a gap, for as long as no sample
+    says when the program runs again, by how long the high sides conducted in it."""
+    t = run.trace["t_s"]
+    before_s = t[max(row - 1, 0)]
+    gap_s = t[row] - before_s
+    if gap_s < 1.5 * run.pwm_period_s:
+        return t[row]
+    return before_s + gap_s * max(run.trace[f"duty_{phase}"][row] for phase in "abc")
 
 
 def _gates_on_after(run, from_s, to_s):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Kinds of figures on traces made here, whose figures are known."""
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -162,6 +163,20 @@ def test_bridge_off_is_a_whole_number_of_periods(drive, off_s, periods):
     run = made(drive, gates=lambda t: np.where(t < off_s - 1e-9, 5, 0), gate_live=lambda t: np.where(t < off_s - 1e-9, 1, 0))
     found = figures(run, "bridge_off", since=0.2)[""]
     assert found == periods and isinstance(found, int)
+
+
+@pytest.mark.parametrize("start_up", (31, 400))
+@pytest.mark.parametrize("conducted, periods", ((0.0, 0), (0.6, 1), (25.0, 25)))
+def test_by_a_reset_the_bridge_is_off_when_it_ceases_to_conduct(drive, start_up, conducted, periods):
+    """The samples end with the reset: the last is at 0.2 s, and the next tells how long each high side conducted since then."""
+    run = made(drive)
+    t, back_s = run.trace["t_s"], 0.2 + start_up * DT
+    live = t < 0.2 + DT / 2
+    duty = np.where(live, 0.5, conducted / start_up)
+    columns = {**run.trace, "gates": 5 * live, "gate_live": 1 * live, "duty_a": duty, "duty_b": duty / 2, "duty_c": 0 * duty}
+    kept = live | (t > back_s - DT / 2)
+    run = replace(run, trace=Trace({name: column[kept] for name, column in columns.items()}))
+    assert figures(run, "bridge_off", since=0.2)[""] == periods
 
 
 def test_state_says_what_came_after_it(drive):
