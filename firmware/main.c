@@ -133,11 +133,10 @@ static void serve_axis(struct axis *axis)
     }
 }
 
-static void serve(struct console *console)
+/* A turn of each; true if one has more to do. */
+static bool serve(struct console *console, struct idle *rest)
 {
-    if (FEATURE_IN(CONSOLE)) {
-        console_poll(console);
-    }
+    const bool more = FEATURE_IN(CONSOLE) && console_poll(console);
     if (FEATURE_IN(MODBUS)) {
         modbus_poll(&modbus);
     }
@@ -145,26 +144,21 @@ static void serve(struct console *console)
         canopen_poll(&canopen);
     }
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        idle_serve_watchdog(rest);
         serve_axis(&axes[n]);
     }
+    return more;
 }
 
-/* What the thread's sleep ends with. */
+/* What the thread's sleep ends with, and whom it tells that it gets on. */
 static struct idle idle_lines(void)
 {
     const volatile uint32_t *const none = &axes[0].time_ms;
     return (struct idle){.time_ms = &axes[0].time_ms,
+                         .got_on_ms = {&axes[0].thread_ms, &axes[AXIS_COUNT - 1u].thread_ms},
                          .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : none,
                                    FEATURE_IN(MODBUS) ? &bus.uart.rx_head : none,
                                    FEATURE_IN(CAN) ? &can.rx_head : none}};
-}
-
-/* What the thread has to prove that it lives to. */
-static void watch_gates(struct idle *rest)
-{
-    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        rest->gates[n] = axis_fabric_doubted(&axes[n]) ? NULL : &FABRIC(n)->gate;
-    }
 }
 
 /* First of all: from here on a processor fault knows that the fabric is in doubt. */
@@ -204,7 +198,6 @@ int main(void)
         start_uart();
     }
     start_axes(boot_fault);
-    watch_gates(&rest);
     start_behind_pwm(slots, loaded);
     if (FEATURE_IN(CONSOLE)) {
         console_start(&console, &(struct session){
@@ -221,8 +214,8 @@ int main(void)
                                 });
     }
     for (;;) {
-        serve(&console);
-        if (prepare_axes()) {
+        const bool more = serve(&console, &rest);
+        if (prepare_axes() || more) {
             idle_serve_watchdog(&rest);
         } else {
             idle(&rest);

@@ -122,9 +122,8 @@ static inline void gate_set_chopper(struct gate_regs *gate, int32_t on_q15, int3
 }
 
 /*
- * Starts the watch over the program, until a reset: from now on live gates need a proof of the slow loop each so many clocks,
- * one of the thread in between, and compares in each PWM period. Returns whether it runs with this time. Bridge off. Context:
- * thread.
+ * Starts the watch over the program, until a reset: from now on live gates need both proofs of a round each so many clocks, and
+ * compares in each PWM period. Returns whether it runs with this time. Bridge off. Context: thread.
  */
 static inline bool gate_start_watch(struct gate_regs *gate, uint32_t clocks)
 {
@@ -132,28 +131,17 @@ static inline bool gate_start_watch(struct gate_regs *gate, uint32_t clocks)
     return (gate->WATCH_TIME & GATE_WATCH_TIME_CLOCKS) == clocks; /* 0 until it is started */
 }
 
-/* Whether it is the thread's turn to prove that it lives. Context: slow loop, before its own proof. */
-static inline bool gate_thread_owes(const struct gate_regs *gate)
-{
-    return (gate->WATCH & GATE_WATCH_THREAD) != 0u;
-}
-
-/* The slow loop lives: it begins a round, if it is its turn. Context: slow loop. */
-static inline void gate_prove_slow_loop(struct gate_regs *gate)
+/*
+ * A round of proofs: the slow loop lives. The second word, which the fabric leaves to the thread, is the slow loop's, too: it
+ * watches the thread itself. Behind it the turn is the first word's, so that a latch names the slow loop. Context: slow loop.
+ */
+static inline void gate_prove(struct gate_regs *gate)
 {
     const uint32_t next = gate->WATCH;
     if ((next & GATE_WATCH_THREAD) == 0u) {
         gate->PROOF = GATE_PROOF_SLOW | (next & GATE_WATCH_NUMBER);
     }
-}
-
-/* The thread lives: it ends the round. Context: thread with the slow loop masked, or the slow loop in its place. */
-static inline void gate_prove_thread(struct gate_regs *gate)
-{
-    const uint32_t next = gate->WATCH;
-    if ((next & GATE_WATCH_THREAD) != 0u) {
-        gate->PROOF = GATE_PROOF_THREAD | (next & GATE_WATCH_NUMBER);
-    }
+    gate->PROOF = GATE_PROOF_THREAD | (next & GATE_WATCH_NUMBER);
 }
 
 #endif

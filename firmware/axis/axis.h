@@ -94,7 +94,7 @@ struct axis {
     uint32_t crowded_ms;              /* when the other axis last identified */
     volatile uint32_t time_wraps;     /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt;   /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
-    volatile uint32_t thread_owes_ms; /* its proof of life, to the fabric: slow steps since its turn began */
+    volatile uint32_t thread_ms;      /* when the thread last got on; 0: it has not begun */
     volatile uint32_t command_ms;     /* when a host last addressed the drive */
     volatile uint32_t master_lost;    /* why the master of the CAN bus is missing, 0: it is not */
     struct params params;             /* as set; take effect at the next switch-on */

@@ -99,16 +99,6 @@ bool identify_step(struct identify *d, const struct measure_io *io)
     return false;
 }
 
-bool identify_keeps_thread(const struct identify *d)
-{
-    return d->thinking && d->thinking_ms <= CONFIG_THINK_MS;
-}
-
-void identify_mind_thread(struct identify *d)
-{
-    d->thinking_ms = d->thinking ? d->thinking_ms + 1u : 0u;
-}
-
 /* ---- the tuning in force ---- */
 
 bool identify_in_rotor_frame(const struct identify *d)

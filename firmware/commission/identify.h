@@ -169,7 +169,6 @@ struct identify {
     volatile uint32_t step; /* enum identify_step: the thread advances it while `thinking` */
     volatile bool thinking; /* the slow loop has measured; the thread's turn */
     volatile bool running;
-    uint32_t thinking_ms; /* so far; 0: the slow loop measures */
     uint32_t stopped_in;  /* enum identify_step: where it ended: DONE, or at a fault or `off` */
     uint32_t fault;       /* enum fault that ended it, 0: none */
     uint32_t total_ms;
@@ -240,13 +239,6 @@ const struct tuning *identify_tuning(const struct identify *d);
 
 /* Evaluates what has been measured, if anything. Thread, often. */
 void identify_think(struct identify *d);
-
-/*
- * Whether the thread is busy with that, not for longer than it ever needs: CONFIG_THINK_MS. Not even a fault ends it sooner.
- * identify_mind_thread() counts the milliseconds. Slow loop, in each.
- */
-bool identify_keeps_thread(const struct identify *d);
-void identify_mind_thread(struct identify *d);
 
 /* Ends it, by `fault` or (0) by a request. Any context. */
 void identify_stop(struct identify *d, uint32_t fault);

@@ -59,7 +59,7 @@ static void watch_latches(struct axis *a)
         return;
     }
     if ((status & GATE_STATUS_LATCHES) != 0u) {
-        const enum fault cause = drive_latched_fault(a, status);
+        const enum fault cause = fault_from_gate(status);
         fault_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
     } else if (current_loop_is_on(&a->loop)) {
         fault_raise(a, FAULT_GATES_OFF);
@@ -85,25 +85,6 @@ static void step_thermal(struct axis *a)
     }
 }
 
-/* For long, but not forever. Both motors have the same thread. */
-static bool thread_is_kept(const struct axis *a)
-{
-    return FEATURE_IN(IDENTIFY) &&
-           (identify_keeps_thread(&a->identify) || (a->beside != NULL && identify_keeps_thread(&a->beside->identify)));
-}
-
-static void prove(struct axis *a)
-{
-    if (FEATURE_IN(IDENTIFY)) {
-        identify_mind_thread(&a->identify);
-    }
-    if (thread_is_kept(a)) {
-        gate_prove_thread(&a->fabric->gate);
-    }
-    a->thread_owes_ms = gate_thread_owes(&a->fabric->gate) ? a->thread_owes_ms + 1u : 0u;
-    gate_prove_slow_loop(&a->fabric->gate);
-}
-
 void drive_step(struct axis *a)
 {
     count_time(a);
@@ -126,5 +107,5 @@ void drive_step(struct axis *a)
     }
     supervision_step(a);
     reaction_step(a);
-    prove(a);
+    gate_prove(&a->fabric->gate);
 }

@@ -48,12 +48,6 @@ void drive_remember_heat(struct axis *a, struct thermal_memory *memory);
  */
 void drive_start(struct axis *a, enum fault boot_fault);
 
-/*
- * The cause behind latches of the gate. In the last half millisecond of a round the thread's proof comes too late for the slow
- * loop to begin another: the fabric misses the slow loop, and the thread is to blame. ISR, slow loop.
- */
-enum fault drive_latched_fault(const struct axis *a, uint32_t gate_flags);
-
 /* One step. Slow loop. */
 void drive_step(struct axis *a);
 

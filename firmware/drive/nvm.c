@@ -29,6 +29,7 @@ const char *nvm_name_of_fault(enum fault cause)
         [FAULT_HALL_SEQUENCE] = "hall_sequence",
         [FAULT_COMMAND_TIMEOUT] = "command_time-out",
         [FAULT_MASTER_LOST] = "master_lost",
+        [FAULT_THREAD_STOPPED] = "thread_stopped",
     };
     return cause < FAULT_COUNT ? names[cause] : NULL;
 }

@@ -39,13 +39,6 @@ static void raise_encoder(struct axis *a)
     }
 }
 
-enum fault drive_latched_fault(const struct axis *a, uint32_t gate_flags)
-{
-    const enum fault cause = fault_from_gate(gate_flags);
-    const bool thread_was_late = a->thread_owes_ms >= CONFIG_WATCH_US / 1000u;
-    return cause == FAULT_SLOW_LOOP_STOPPED && thread_was_late ? FAULT_THREAD_STOPPED : cause;
-}
-
 /*
  * First cause: hardware latches before conclusions from a sample, and the cause of an over-current before the over-current.
  * Rare enough to branch.
@@ -55,7 +48,7 @@ void drive_sample_fault(struct axis *a)
     const uint32_t gate = gate_status(&a->fabric->gate);
     const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
-        fault_raise(a, drive_latched_fault(a, gate));
+        fault_raise(a, fault_from_gate(gate));
     } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a) && a->failover.pending == FAULT_NONE) {
         raise_encoder(a);
     } else if (sampled == FAULT_OVERCURRENT) {

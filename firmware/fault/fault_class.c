@@ -39,6 +39,7 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_HALL_SEQUENCE] = {OFF | CARRY, REACTION_OFF, true},
     [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
     [FAULT_MASTER_LOST] = {OFF | STOP | WARN, REACTION_STOP, false},
+    [FAULT_THREAD_STOPPED] = {OFF | STOP, REACTION_STOP, false},
 };
 
 const struct fault_class *fault_class(enum fault cause)
@@ -76,10 +77,7 @@ enum fault fault_from_gate(uint32_t gate_flags)
     if ((gate_flags & GATE_STATUS_LOOP_LOST) != 0u) {
         return FAULT_LOOP_OVERRUN;
     }
-    if ((gate_flags & GATE_STATUS_SLOW_LOST) != 0u) {
-        return FAULT_SLOW_LOOP_STOPPED;
-    }
-    return (gate_flags & GATE_STATUS_THREAD_LOST) != 0u ? FAULT_THREAD_STOPPED : FAULT_NONE;
+    return (gate_flags & (GATE_STATUS_SLOW_LOST | GATE_STATUS_THREAD_LOST)) != 0u ? FAULT_SLOW_LOOP_STOPPED : FAULT_NONE;
 }
 
 enum fault fault_from_adc(uint32_t adc_flags)

@@ -78,6 +78,15 @@ static void watch_commands(struct axis *a)
     }
 }
 
+/* It moves no motor, but without it nobody stops one. Two axes have one thread, whose clock is the first one's: -1, too. */
+static void watch_thread(struct axis *a)
+{
+    const int32_t away_ms = (int32_t)(a->time_ms - a->thread_ms);
+    if (away_ms > CONFIG_THREAD_MS && a->thread_ms != 0u) {
+        fault_report(a, FAULT_THREAD_STOPPED, away_ms, 0);
+    }
+}
+
 /* False if the measured speed is in doubt, or the bridge may be off: nothing else is believed then. */
 static bool rotor_is_sound(struct axis *a, uint32_t turn)
 {
@@ -136,5 +145,8 @@ void supervision_step(struct axis *a)
         step_running(a, a->time_ms % TURNS);
     } else if (a->state == AXIS_SWITCHED_ON) {
         watch_start(a, a->time_ms % TURNS);
+    } else {
+        return;
     }
+    watch_thread(a);
 }

@@ -9,7 +9,7 @@ void answer_about(struct session *s, const char *word, const char *what)
 
 void answer_unknown(struct session *s, const char *word, const char *what, names_fn names)
 {
-    const char *meant = names != NULL ? nearest_name(word, names) : NULL;
+    const char *meant = names != NULL ? nearest_name(word, names, &s->out) : NULL;
     text_print(&s->out, "error: %s: %s%s", word, what, meant != NULL ? "; did you mean " : "");
     for (; meant != NULL && *meant != '\0'; meant++) {
         text_put_char(&s->out, message_typed(*meant));

@@ -179,8 +179,8 @@ void answer_unknown(struct session *s, const char *word, const char *what, names
 
 /* ---- nearest.c ---- */
 
-/* The name that is most like the word, NULL if none is much like it. */
-const char *nearest_name(const char *word, names_fn name_of);
+/* The name that is most like the word, NULL if none is much like it. Lets the buses have their turns meanwhile. */
+const char *nearest_name(const char *word, names_fn name_of, struct text *others);
 
 /* ---- progress.c ---- */
 

@@ -142,8 +142,7 @@ static bool is_preparing(struct session *s)
 {
     const bool more = drive_prepare(s->axis);
     if (more) {
-        text_serve_bus(&s->out);
-        idle_serve_watchdog(s->out.idle);
+        text_take_turn(&s->out);
     }
     return more;
 }

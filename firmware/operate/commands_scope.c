@@ -143,7 +143,6 @@ static void print_samples(struct session *s, enum scope_record record)
     uint32_t sample = 0;
     for (; sample < extent.samples && (record != SCOPE_FAULT || s->scope->recorder.kept == kept); sample++) {
         put_sample(s, record, sample * extent.words, extent.words);
-        idle_serve_watchdog(s->out.idle);
     }
     text_print(&s->out, "end: %u\n", sample);
 }

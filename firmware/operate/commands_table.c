@@ -54,15 +54,21 @@ enum feature commands_absent(const char *name)
     return FEATURE_COUNT;
 }
 
-const struct command *commands_row(uint32_t n)
+/* The nth row; NULL behind the last, and *n then counts from there. */
+static const struct command *row_or_rest(uint32_t *n)
 {
     for (size_t group = 0; group < sizeof groups / sizeof groups[0]; group++) {
-        if (n < groups[group].count) {
-            return &groups[group].rows[n];
+        if (*n < groups[group].count) {
+            return &groups[group].rows[*n];
         }
-        n -= groups[group].count;
+        *n -= groups[group].count;
     }
     return NULL;
+}
+
+const struct command *commands_row(uint32_t n)
+{
+    return row_or_rest(&n);
 }
 
 const char *commands_name(uint32_t n)
@@ -76,14 +82,11 @@ const char *commands_name(uint32_t n)
 
 const char *help_topic(uint32_t n)
 {
-    const char *name;
-    uint32_t commands = 0;
-    while ((name = commands_name(commands)) != NULL) {
-        if (commands++ == n) {
-            return name;
-        }
+    const char *const command = commands_name(n);
+    if (command != NULL) {
+        return command;
     }
-    n -= commands;
+    (void)row_or_rest(&n);
     return n < param_count ? param_table[n].name : NULL;
 }
 

@@ -70,12 +70,13 @@ static void finish_line(struct console *k)
     start_line(k);
 }
 
-static void take_character(struct console *k, char c)
+/* True if it has ended a line. */
+static bool take_character(struct console *k, char c)
 {
     switch (line_take(&k->line, c, echo_to(k))) {
     case LINE_ENTERED:
         finish_line(k);
-        break;
+        return true;
     case LINE_DROPPED:
         text_put(out(k), "^C\n");
         start_line(k);
@@ -92,6 +93,7 @@ static void take_character(struct console *k, char c)
     case LINE_EDITED:
         break;
     }
+    return false;
 }
 
 /* Between two lines of the user's: starts a new line. */
@@ -155,11 +157,12 @@ void console_start(struct console *k, const struct session *session)
     prompt(k);
 }
 
-void console_poll(struct console *k)
+bool console_poll(struct console *k)
 {
     char c;
-    while (mmuart_get(k->session.out.uart, &c, &k->incomplete)) {
-        take_character(k, c);
+    bool ended = false;
+    while (!ended && mmuart_get(k->session.out.uart, &c, &k->incomplete)) {
+        ended = take_character(k, c);
     }
     for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
         announce_fault(k, axis);
@@ -170,4 +173,5 @@ void console_poll(struct console *k)
         (void)sweep_poll(&k->session.scope->sweep);
         stream_poll(&k->session.stream, out(k), k->session.scope);
     }
+    return ended;
 }

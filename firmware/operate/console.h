@@ -24,7 +24,7 @@ struct console {
 /* Greets and prompts. Thread, once, when the axis has started. */
 void console_start(struct console *k, const struct session *session);
 
-/* Takes what has been received, carries out complete lines, and reports a latched fault once. Thread. */
-void console_poll(struct console *k);
+/* Takes what has been received, carries out a complete line, and reports a latched fault once. True: call again. Thread. */
+bool console_poll(struct console *k);
 
 #endif

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Which of some names somebody may have meant. The motor may turn, and the fabric waits for the thread's word: whoever is far
- * off is dropped as soon as that shows.
- */
+/* Which of some names somebody may have meant: a turn for each, and whoever is far off is dropped as soon as that shows. */
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 
@@ -82,7 +79,7 @@ static uint32_t distance(const struct folded *word, const struct folded *name, u
     return may_be ? edits(word, name, few) : few + 1u;
 }
 
-const char *nearest_name(const char *word, names_fn name_of)
+const char *nearest_name(const char *word, names_fn name_of, struct text *others)
 {
     struct folded typed;
     struct folded other;
@@ -91,6 +88,7 @@ const char *nearest_name(const char *word, names_fn name_of)
     const char *best = NULL;
     const char *name;
     for (uint32_t n = 0; typed.length > 1u && (name = name_of(n)) != NULL; n++) {
+        text_take_turn(others);
         fold(&other, name);
         const uint32_t far = distance(&typed, &other, most);
         if (far == 0u) {

@@ -10,7 +10,7 @@
 
 #define PATIENCE_MS 20u /* a working transmitter makes room every 1.4 ms */
 
-void text_serve_bus(struct text *t)
+static void serve_buses(struct text *t)
 {
     if (FEATURE_IN(MODBUS) && t->bus != NULL) {
         modbus_poll(t->bus);
@@ -20,9 +20,15 @@ void text_serve_bus(struct text *t)
     }
 }
 
+void text_take_turn(struct text *t)
+{
+    serve_buses(t);
+    idle_serve_watchdog(t->idle);
+}
+
 /*
  * Waits for room, but no longer than a live transmitter takes. Serves the watchdog when room has come, not before: waiting is
- * no sign of life. To the fabric, which is less patient, it is: a transmitter that has stopped must not stop the motor.
+ * no sign of life.
  */
 static bool wait_for_room(struct text *t)
 {
@@ -34,8 +40,7 @@ static bool wait_for_room(struct text *t)
         if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
             return false;
         }
-        text_serve_bus(t);
-        idle_prove(t->idle);
+        serve_buses(t);
         cpu_wait_for_interrupt();
     }
     idle_serve_watchdog(t->idle);
@@ -59,8 +64,7 @@ static void put_or_end_line(struct text *t, char c)
     }
     text_put_char(t, c);
     if (c == '\n') {
-        text_serve_bus(t);   /* to fill an empty buffer takes half a millisecond */
-        idle_prove(t->idle); /* nor does anybody wait where the transmitter has been given up */
+        text_take_turn(t); /* nobody waits while the buffer fills, nor where the transmitter has been given up */
     }
 }
 

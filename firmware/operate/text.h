@@ -44,8 +44,8 @@ void text_put_char(struct text *t, char c);
  */
 void text_print(struct text *t, const char *format, ...) TEXT_CHECKED;
 
-/* Serves the buses, for a command that takes longer than a request may wait: 1 ms. Thread. */
-void text_serve_bus(struct text *t);
+/* Serves buses and watchdog: between two parts of what takes longer than a request may wait, 1 ms. Thread. */
+void text_take_turn(struct text *t);
 
 size_t text_length(const char *s);
 

@@ -18,14 +18,11 @@
 
 #define CONFIG_CONSOLE_BAUD 115200u
 
-/*
- * Between two proofs of the slow loop, with one of the thread in between, while the bridge is on. A slow loop that hangs is
- * found within it, a thread a millisecond later at most, for the slow loop still has its turn. The thread may be away for 3 ms.
- */
-#define CONFIG_WATCH_US 3500u
-/* So long the slow loop answers for the thread while `identify` evaluates there what it has measured, without current. */
-#define CONFIG_THINK_MS     50u
+/* Between two proofs of the slow loop to the fabric, while the bridge is on. */
+#define CONFIG_WATCH_US     3500u
 #define CONFIG_WATCH_CLOCKS (CONFIG_WATCH_US * (BOARD_FABRIC_HZ / 1000000u))
+/* So long the thread may be away while the bridge is on. Its longest work, `identify` evaluating, takes half of it. */
+#define CONFIG_THREAD_MS 100
 
 _Static_assert(FABRIC_HZ % (2 * CONFIG_PWM_HZ) == 0,
                "CONFIG_PWM_HZ: half a PWM period must be a whole number of the fabric's counts");

@@ -6,30 +6,21 @@
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/settings/config.h"
 
 /*
  * A refresh needs both sides alive: the thread, which is here, and the slow loop, whose time must have moved on. The slow loop
- * in turn watches the current loop. The fabric asks for both within milliseconds, but only while the bridge is on.
+ * in turn watches the current loop, and the thread, by the time that is left for it here.
  */
 void idle_serve_watchdog(struct idle *i)
 {
     const uint32_t now_ms = *i->time_ms;
-    if (now_ms != i->served_ms) {
-        i->served_ms = now_ms;
-        watchdog_refresh();
-        idle_prove(i);
+    if (now_ms == i->served_ms) {
+        return;
     }
-}
-
-void idle_prove(const struct idle *i)
-{
-    for (uint32_t n = 0; n < IDLE_GATES; n++) {
-        if (i->gates[n] != NULL) {
-            const uint32_t before = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which may answer for the thread */
-            gate_prove_thread(i->gates[n]);
-            (void)cpu_mask_below(before);
-        }
+    i->served_ms = now_ms;
+    watchdog_refresh();
+    for (uint32_t n = 0; n < IDLE_AXES; n++) {
+        *i->got_on_ms[n] = now_ms;
     }
 }
 

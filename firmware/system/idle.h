@@ -5,15 +5,13 @@
 
 #include <stdint.h>
 
-#include "drivers/fabric/gate.h"
-
 #define IDLE_LINES 3u
-#define IDLE_GATES 2u /* axes, at most */
+#define IDLE_AXES  2u /* at most */
 
 struct idle {
     const volatile uint32_t *time_ms;           /* a clock that the slow loop advances */
     const volatile uint32_t *heard[IDLE_LINES]; /* counters, one up per character from a line */
-    struct gate_regs *gates[IDLE_GATES];        /* NULL: not to be touched */
+    volatile uint32_t *got_on_ms[IDLE_AXES];    /* where each axis's slow loop finds when the thread last got on */
     uint32_t served_ms;                         /* the clock at the last refresh */
     uint32_t seen_ms, seen[IDLE_LINES];         /* clock and counts when the thread last resumed */
 };
@@ -26,12 +24,9 @@ struct idle {
 void idle(struct idle *i);
 
 /*
- * Refreshes the watchdog, and proves to the fabric that the thread lives, if the slow loop has advanced its clock since the
- * last time. Call it where the thread makes progress, never where it waits. Thread only.
+ * Refreshes the watchdog, and lets each slow loop know that the thread gets on, if the slow loop has advanced its clock since
+ * the last time. Call it where the thread makes progress, never where it waits. Thread only.
  */
 void idle_serve_watchdog(struct idle *i);
-
-/* The proof alone, for a wait that ends but may take longer than the fabric's patience. Thread only. */
-void idle_prove(const struct idle *i);
 
 #endif

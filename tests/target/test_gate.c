@@ -73,6 +73,15 @@ static void test_chopper(void)
 
 #define ROUND_COUNTS (2u * PERIOD_COUNTS)
 
+/* The word of the one whose turn it is, if it is its turn. */
+static void prove(uint32_t key, bool of_thread)
+{
+    const uint32_t next = FABRIC0->gate.WATCH;
+    if (((next & GATE_WATCH_THREAD) != 0u) == of_thread) {
+        FABRIC0->gate.PROOF = key | (next & GATE_WATCH_NUMBER);
+    }
+}
+
 /* Rounds of a program that lives, two periods each; returns all that the gate's status shows meanwhile. */
 static uint32_t live_status(uint32_t rounds, bool slow_loop, bool thread)
 {
@@ -81,13 +90,24 @@ static uint32_t live_status(uint32_t rounds, bool slow_loop, bool thread)
     for (uint32_t n = 0; n < 2u * rounds; n++) {
         write_compares(HALF_COUNTS / 2u);
         if (slow_loop && n % 2u == 0u) {
-            gate_prove_slow_loop(gate);
+            prove(GATE_PROOF_SLOW, false);
         }
         if (thread && n % 2u == 1u) {
-            gate_prove_thread(gate);
+            prove(GATE_PROOF_THREAD, true);
         }
         wait_counts(PERIOD_COUNTS - 300u); /* the rest is for what is above */
         status |= gate_status(gate);
+    }
+    return status;
+}
+
+/* The same of a slow loop that gives both words. */
+static uint32_t slow_loop_status(uint32_t rounds)
+{
+    uint32_t status = 0;
+    for (uint32_t n = 0; n < rounds; n++) {
+        gate_prove(&FABRIC0->gate);
+        status |= live_status(1u, false, false);
     }
     return status;
 }
@@ -115,6 +135,10 @@ static void test_watch(void)
     restart();
     (void)live_status(8u, true, false);
     harness_equal("watch: without the thread", gate_status(gate), GATE_STATUS_THREAD_LOST);
+    restart();
+    harness_equal("watch: both words at once, from either turn", slow_loop_status(40u), GATE_STATUS_LIVE);
+    (void)live_status(8u, false, false);
+    harness_equal("watch: the slow loop that gave both", gate_status(gate), GATE_STATUS_SLOW_LOST);
     restart();
     wait_counts(3u * PERIOD_COUNTS);
     harness_equal("watch: without the current loop", gate_status(gate), GATE_STATUS_LOOP_LOST);

@@ -123,7 +123,8 @@ static void type(const char *line, size_t length)
     host_heard[length] = '\r';
     host_heard_bytes = (uint32_t)length + 1u;
     host_heard_taken = host_said_bytes = 0;
-    console_poll(&console);
+    while (console_poll(&console)) {
+    }
     counts.unanswered += host_said_bytes < 2u || memcmp(&host_said[host_said_bytes - 2u], "> ", 2) != 0;
 }
 

@@ -40,7 +40,8 @@ class Operator:
         """What comes back, echo and prompt included."""
         ctypes.memmove(self.c.host_heard, text, len(text))
         self.c.host_heard_bytes.value, self.c.host_heard_taken.value = len(text), 0
-        self.c.console_poll(self.console)
+        while self.c.console_poll(self.console):
+            pass
         return self.heard()
 
     def __call__(self, line):

@@ -78,26 +78,6 @@ def test_measure_run_has_the_sums_of_its_samples(c, begun):
     assert (run.xx, run.xv) == (sum(x * x for _, _, x in samples), sum(x * v for _, v, x in samples))
 
 
-def test_how_long_the_thread_thinks_is_counted_anew_each_time(c, begun):
-    io = measuring(c, begun, "RAMPS")
-    for _ in range(2):
-        begun.thinking = True
-        assert [(c.identify_step(begun, io), c.identify_mind_thread(begun), begun.thinking_ms)[2] for _ in range(52)] == list(
-            range(1, 53))
-        begun.thinking, begun.step = False, c.IDENTIFY_STEP_PULSES
-        c.identify_step(begun, io)
-        c.identify_mind_thread(begun)
-        assert begun.thinking_ms == 0 and not begun.thinking
-
-
-def test_the_slow_loop_answers_for_a_thread_that_thinks_and_not_for_ever(c, begun):
-    kept = []
-    cases = (1, 1, 1), (1, 1, 50), (1, 1, 51), (1, 0, 1), (0, 1, 1), (0, 1, 51)
-    for begun.running, begun.thinking, begun.thinking_ms in cases:
-        kept.append(c.identify_keeps_thread(begun))
-    assert kept == [True, True, False, False, True, False], "stopped by a fault it still thinks"
-
-
 def test_a_thread_that_was_stopped_stops_thinking(c, begun):
     begun.thinking, begun.running = True, False
     c.identify_think(begun)

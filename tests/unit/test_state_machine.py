@@ -135,24 +135,12 @@ def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
     for bit, cause in (
             (1, "OVERCURRENT_HARDWARE"), (2, "GATE_DRIVER"), (3, "LOOP_STOPPED"), (4, "INTERLOCK"),
             (10, "STO_A"), (11, "STO_B"), (12, "PLL"),
-            (15, "SLOW_LOOP_STOPPED"), (16, "THREAD_STOPPED")):
+            (15, "SLOW_LOOP_STOPPED"), (16, "SLOW_LOOP_STOPPED")):
         w = world("SWITCH_ON_DISABLED")
         w.fabric.adc.SEQUENCE += LOOPS_PER_MS
         w.fabric.gate.STATUS = 1 << bit
         c.drive_step(w.axis)
         assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]
-
-
-@pytest.mark.parametrize("away_ms, cause", ((2, "SLOW_LOOP_STOPPED"), (3, "THREAD_STOPPED")))
-def test_a_slow_loop_that_a_late_thread_kept_from_its_word_is_not_blamed(world, c, away_ms, cause):
-    """A round lasts 3.5 ms. A thread that answers in its last half leaves the slow loop no step in which to begin another."""
-    w = world("OPERATION_ENABLED")
-    for owes in (1, 1, 0, *[1] * away_ms):
-        w.fabric.gate.WATCH = owes << 8
-        w.step()
-    w.fabric.gate.STATUS = 1 << 15
-    c.drive_sample_fault(w.axis)
-    assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]
 
 
 @pytest.mark.parametrize("on", (True, False))

@@ -71,6 +71,30 @@ def test_supervision_of_commands_in_each_fourth_millisecond(motor):
     assert quiet.until_fault(8) is None, "0: nobody need speak"
 
 
+@pytest.mark.parametrize("state, stops", (("OPERATION_ENABLED", True), ("QUICK_STOP", True), ("SWITCHED_ON", False),
+                                          ("READY", None)))
+@pytest.mark.parametrize("now_ms", (500, 2**32 + 40))
+def test_supervision_of_the_thread(c, motor, state, stops, now_ms):
+    """100 ms are borne; behind them it is a controlled stop, off where nothing can be controlled, and nothing while off."""
+    m = motor()
+    m.axis.state = getattr(c, f"AXIS_{state}")
+
+    def after(away_ms, thread_ms=None):
+        m.axis.time_ms = now_ms % 2**32
+        m.axis.thread_ms = (now_ms - away_ms) % 2**32 if thread_ms is None else thread_ms
+        m.axis.faults.cause, m.axis.reports.count = 0, 0
+        c.supervision_step(m.axis)
+        return [(r.cause, r.detail[0]) for r in m.axis.reports.report[:m.axis.reports.count]
+                if r.cause == c.FAULT_THREAD_STOPPED]
+
+    assert after(100) == [] and after(-1) == [], "the clock of the other axis may be ahead"
+    assert after(0, thread_ms=0) == [], "it has not begun"
+    assert after(101) == ([] if stops is None else [(c.FAULT_THREAD_STOPPED, 101)])
+    if stops is not None:
+        c.reaction_step(m.axis)
+        assert m.fault == "THREAD_STOPPED" and bool(m.axis.reactions.stopping) == stops
+
+
 @pytest.mark.parametrize("state, turn", [(state, turn) for state in ("OPERATION_ENABLED", "QUICK_STOP", "SWITCHED_ON", "READY")
                                          for turn in range(4)])
 def test_supervision_of_the_speed_in_each_millisecond_with_the_bridge_on(c, motor, state, turn):

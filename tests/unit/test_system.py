@@ -235,33 +235,30 @@ def test_a_record_that_has_suffered_is_none(device, system):
 
 # ---- idle, measurement, interrupts -----------------------------------------------------------------------------------
 
-def test_the_watchdog_is_served_while_the_slow_loop_lives(device, system):
-    clock, idle = ctypes.c_uint32(5), system.structs["idle"]()
+def awake(system, clock):
+    """(idle, where each axis finds when the thread last got on)."""
+    idle, got_on = system.structs["idle"](), [ctypes.c_uint32(0) for _ in range(2)]
     idle.time_ms = ctypes.pointer(clock)
+    for n, ms in enumerate(got_on):
+        idle.got_on_ms[n] = ctypes.pointer(ms)
+    return idle, got_on
+
+
+def test_the_watchdog_is_served_and_each_axis_told_while_the_slow_loop_lives(device, system):
+    clock = ctypes.c_uint32(5)
+    idle, got_on = awake(system, clock)
     for now, served in ((5, True), (5, False), (6, True), (6, False), (2, True)):
         device.watchdog.WDOGREFRESH, clock.value = 0, now
+        got_on[0].value = got_on[1].value = 0
         system.idle_serve_watchdog(idle)
         assert (device.watchdog.WDOGREFRESH == KEY) == served
-
-
-@pytest.mark.parametrize("at", (0, 1))
-def test_the_thread_proves_to_each_fabric_that_it_lives_when_it_is_its_turn(device, system, at):
-    clock, idle, gate = ctypes.c_uint32(5), system.structs["idle"](), device.fabric.gate
-    idle.time_ms, idle.gates[at] = ctypes.pointer(clock), ctypes.pointer(gate)
-    for now, next_word, proof in ((5, 0x105, 0xA5E83C05), (5, 0x106, 0), (6, 0x1FF, 0xA5E83CFF), (7, 0x106, 0xA5E83C06),
-                                  (8, 0x6, 0)):
-        gate.PROOF, gate.WATCH, clock.value = 0, next_word, now
-        system.idle_serve_watchdog(idle)
-        assert gate.PROOF == proof, (now, next_word)
-    idle.gates[at], gate.WATCH, clock.value = None, 0x105, 9
-    system.idle_serve_watchdog(idle)
-    assert gate.PROOF == 0, "a fabric in doubt is left alone"
+        assert [ms.value for ms in got_on] == [now * served] * 2
 
 
 def resting(system):
     """(idle, its clock, what its lines have heard), let go at 1 ms."""
-    clock, heard, idle = ctypes.c_uint32(1), [ctypes.c_uint32(n) for n in (0, 7, 9)], system.structs["idle"]()
-    idle.time_ms = ctypes.pointer(clock)
+    clock, heard = ctypes.c_uint32(1), [ctypes.c_uint32(n) for n in (0, 7, 9)]
+    idle, _ = awake(system, clock)
     for n, count in enumerate(heard):
         idle.heard[n] = ctypes.pointer(count)
     system._library.idle(ctypes.byref(idle))

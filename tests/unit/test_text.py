@@ -121,10 +121,8 @@ def test_output_waits_for_a_transmitter_that_lives(c, line):
 
 def test_output_gives_up_a_transmitter_that_is_dead(c, line):
     t = line(0, alive=False)
-    c.host_proofs.value = 0
     waited = t.put(b"hello")
     assert 20 <= waited <= 22, "one patience for the first character, none for the rest"
-    assert c.host_proofs.value == waited, "the fabric is not as patient: a dead transmitter must not stop the motor"
     assert t.text.lost and c.host_watchdog_served.value == 0, "waiting is no sign of life"
     assert t.put(b"again") == 0
     c.host_said_bytes.value -= 8

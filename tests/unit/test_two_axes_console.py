@@ -40,7 +40,8 @@ class TwoAxes:
         text = line.encode() + b"\r"
         ctypes.memmove(self.c.host_heard, text, len(text))
         self.c.host_heard_bytes.value, self.c.host_heard_taken.value = len(text), 0
-        self.c.console_poll(self.console)
+        while self.c.console_poll(self.console):
+            pass
         return self.heard()[len(line) + 2:].removesuffix("\r\n> ").split("\r\n")
 
     def ramps(self):

@@ -7,7 +7,7 @@
 #include "firmware/system/idle.h"
 #include "firmware/system/measure.h"
 
-uint32_t host_primask, host_basepri, host_sleeps, host_watchdog_served, host_proofs;
+uint32_t host_primask, host_basepri, host_sleeps, host_watchdog_served;
 void (*host_on_sleep)(void);
 void (*host_on_mask)(uint32_t level);
 
@@ -81,12 +81,6 @@ void idle_serve_watchdog(struct idle *i)
 {
     (void)i;
     host_watchdog_served++;
-}
-
-void idle_prove(const struct idle *i)
-{
-    (void)i;
-    host_proofs++;
 }
 
 void idle(struct idle *i)
