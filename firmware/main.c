@@ -150,12 +150,12 @@ static bool serve(struct console *console, struct idle *rest)
     return more;
 }
 
-/* What the thread's sleep ends with, and whom it tells that it gets on. */
+/* What the thread's sleep ends with, and whom it tells of its progress. */
 static struct idle idle_lines(void)
 {
     const volatile uint32_t *const none = &axes[0].time_ms;
     return (struct idle){.time_ms = &axes[0].time_ms,
-                         .got_on_ms = {&axes[0].thread_ms, &axes[AXIS_COUNT - 1u].thread_ms},
+                         .progress_ms = {&axes[0].thread_ms, &axes[AXIS_COUNT - 1u].thread_ms},
                          .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : none,
                                    FEATURE_IN(MODBUS) ? &bus.uart.rx_head : none,
                                    FEATURE_IN(CAN) ? &can.rx_head : none}};

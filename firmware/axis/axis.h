@@ -88,17 +88,17 @@ struct axis {
     struct set_point set_point;          /* the thread writes it, the slow loop takes it */
     volatile int32_t torque_command_q15; /* for torque control */
     uint32_t stopping_ms;
-    uint32_t lingering_ms;            /* the part of stopping_ms in which no limit held back braking */
-    uint32_t heartbeat;               /* conversions at the last step */
-    uint32_t paced_ms;                /* when the conversions per millisecond were last chosen */
-    uint32_t crowded_ms;              /* when the other axis last identified */
-    volatile uint32_t time_wraps;     /* of time_ms, once in 49.7 days */
-    volatile uint32_t fabric_doubt;   /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
-    volatile uint32_t thread_ms;      /* when the thread last got on; 0: it has not begun */
-    volatile uint32_t command_ms;     /* when a host last addressed the drive */
-    volatile uint32_t master_lost;    /* why the master of the CAN bus is missing, 0: it is not */
-    struct params params;             /* as set; take effect at the next switch-on */
-    struct tuning tuning;             /* of the last switch-on */
+    uint32_t lingering_ms;          /* the part of stopping_ms in which no limit held back braking */
+    uint32_t heartbeat;             /* conversions at the last step */
+    uint32_t paced_ms;              /* when the conversions per millisecond were last chosen */
+    uint32_t crowded_ms;            /* when the other axis last identified */
+    volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
+    volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
+    volatile uint32_t thread_ms;    /* when the thread last made progress; 0: it has not begun */
+    volatile uint32_t command_ms;   /* when a host last addressed the drive */
+    volatile uint32_t master_lost;  /* why the master of the CAN bus is missing, 0: it is not */
+    struct params params;           /* as set; take effect at the next switch-on */
+    struct tuning tuning;           /* of the last switch-on */
     struct speed_loop speed;
     struct hall hall;
     struct supervision supervision;

@@ -169,8 +169,8 @@ struct identify {
     volatile uint32_t step; /* enum identify_step: the thread advances it while `thinking` */
     volatile bool thinking; /* the slow loop has measured; the thread's turn */
     volatile bool running;
-    uint32_t stopped_in;  /* enum identify_step: where it ended: DONE, or at a fault or `off` */
-    uint32_t fault;       /* enum fault that ended it, 0: none */
+    uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
+    uint32_t fault;      /* enum fault that ended it, 0: none */
     uint32_t total_ms;
     uint32_t ms;              /* in this step */
     uint32_t phase, phase_ms; /* of this step, and in it */

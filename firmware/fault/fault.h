@@ -68,7 +68,7 @@ enum fault {
     FAULT_HALL_SEQUENCE = 49,       /* they skip a sector, or the EMF is elsewhere */
     FAULT_HALL_UNKNOWN = 50,        /* `learn hall`: did not find their table */
     FAULT_SLOW_LOOP_STOPPED = 51,   /* no proof of life of the slow loop; the fabric has switched off already */
-    FAULT_THREAD_STOPPED = 52,      /* the thread has not got on for CONFIG_THREAD_MS */
+    FAULT_THREAD_STOPPED = 52,      /* console and buses made no progress for 100 ms; a controlled stop */
     FAULT_OSCILLATION = 53, /* the speed loop swings with its shaft: a coupling, or an inertia far from what was told */
     FAULT_MASTER_LOST = 54, /* the master of the CAN bus no longer commands it */
     FAULT_COUNT

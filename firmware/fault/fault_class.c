@@ -77,7 +77,8 @@ enum fault fault_from_gate(uint32_t gate_flags)
     if ((gate_flags & GATE_STATUS_LOOP_LOST) != 0u) {
         return FAULT_LOOP_OVERRUN;
     }
-    return (gate_flags & (GATE_STATUS_SLOW_LOST | GATE_STATUS_THREAD_LOST)) != 0u ? FAULT_SLOW_LOOP_STOPPED : FAULT_NONE;
+    return (gate_flags & (GATE_STATUS_SLOW_LOST | GATE_STATUS_THREAD_LOST)) != 0u ? FAULT_SLOW_LOOP_STOPPED
+                                                                                  : FAULT_NONE;
 }
 
 enum fault fault_from_adc(uint32_t adc_flags)

@@ -287,7 +287,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                             "@ edges in an electrical turn and # states, instead of 6 and 6"},
     [FAULT_SLOW_LOOP_STOPPED] = {"slow loop stopped", "its interrupt hung, or was held off for milliseconds"},
     [FAULT_MASTER_LOST] = {"master lost", "the CAN bus and its master", "why: @ (1 heartbeat, 2 NMT, 3 bus-off)"},
-    [FAULT_THREAD_STOPPED] = {"thread stopped", "console, bus or other work hung", "it did not get on for @ ms"},
+    [FAULT_THREAD_STOPPED] = {"thread stopped", "console, bus or other work hung", "it made no progress for @ ms"},
 };
 
 #define PARAM_TEXT(name, least, most, initial, what) FEATURE_IN(CONSOLE) ? (what) : NULL,

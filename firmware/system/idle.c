@@ -20,7 +20,7 @@ void idle_serve_watchdog(struct idle *i)
     i->served_ms = now_ms;
     watchdog_refresh();
     for (uint32_t n = 0; n < IDLE_AXES; n++) {
-        *i->got_on_ms[n] = now_ms;
+        *i->progress_ms[n] = now_ms;
     }
 }
 

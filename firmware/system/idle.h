@@ -11,9 +11,10 @@
 struct idle {
     const volatile uint32_t *time_ms;           /* a clock that the slow loop advances */
     const volatile uint32_t *heard[IDLE_LINES]; /* counters, one up per character from a line */
-    volatile uint32_t *got_on_ms[IDLE_AXES];    /* where each axis's slow loop finds when the thread last got on */
-    uint32_t served_ms;                         /* the clock at the last refresh */
-    uint32_t seen_ms, seen[IDLE_LINES];         /* clock and counts when the thread last resumed */
+    volatile uint32_t
+        *progress_ms[IDLE_AXES];        /* where each axis's slow loop finds when the thread last made progress */
+    uint32_t served_ms;                 /* the clock at the last refresh */
+    uint32_t seen_ms, seen[IDLE_LINES]; /* clock and counts when the thread last resumed */
 };
 
 /*
@@ -24,7 +25,7 @@ struct idle {
 void idle(struct idle *i);
 
 /*
- * Refreshes the watchdog, and lets each slow loop know that the thread gets on, if the slow loop has advanced its clock since
+ * Refreshes the watchdog, and tells each slow loop of the progress, if the slow loop has advanced its clock since
  * the last time. Call it where the thread makes progress, never where it waits. Thread only.
  */
 void idle_serve_watchdog(struct idle *i);

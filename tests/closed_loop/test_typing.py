@@ -61,7 +61,8 @@ def table(out_dir, two):
 def misspelt(draw, word):
     for _ in range(draw.choice((1, 1, 2, 3))):
         at, letter = draw.randrange(len(word)), draw.choice("aeinz_")
-        word = draw.choice((word[:at] + letter + word[at:], word[:at] + word[at + 1:], word[:at] + letter + word[at + 1:])) or "z"
+        before, behind = word[:at], word[at + 1:]
+        word = draw.choice((before + letter + word[at:], before + behind, before + letter + behind)) or "z"
     return word
 
 
@@ -172,3 +173,17 @@ def test_a_thread_that_hangs_is_borne_for_100_ms_and_then_stops_the_motor(tmp_pa
         assert not trace["gate_live"][off:].any()
         assert axis.enums["fault"][int(trace["fault"][-1])] == "FAULT_THREAD_STOPPED"
     assert len(re.findall(r"\nfault: axis [12]: thread stopped", console(tmp_path))) == 2
+
+
+BESIDE = ("set pole_pairs 1", "get all", "load", "defaults", "save", "reaction stall warn", "help brake", "on", "off", "identify show",
+          "identify use", "learn hall", "off", "load")
+
+
+def test_what_is_done_to_a_motor_at_rest_leaves_the_other_alone(tmp_path):
+    two = build_of(OWN_HZ, "mssfoc.elf", "mssfoc.hex", folder="two-axes", AXES=2)
+    ends_s = TYPE_S + 0.15 * len(BESIDE)
+    off = [{"t_s": 0.28, "console": "axis 2 save"}, {"t_s": TYPE_S - 0.3, "console": "axis 2 off"}]
+    typed_beside = [{"t_s": round(TYPE_S + 0.15 * n, 3), "console": f"axis 2 {line}"} for n, line in enumerate(BESIDE)]
+    judge(run(tmp_path, [*off, *typed_beside], ends_s + 0.1, two), ends_s)
+    said = console(tmp_path)
+    assert ", loaded\n" in said and "saving keeps the core from both motors" in said and "> axis 2 defaults\nok\n" in said

@@ -236,23 +236,23 @@ def test_a_record_that_has_suffered_is_none(device, system):
 # ---- idle, measurement, interrupts -----------------------------------------------------------------------------------
 
 def awake(system, clock):
-    """(idle, where each axis finds when the thread last got on)."""
-    idle, got_on = system.structs["idle"](), [ctypes.c_uint32(0) for _ in range(2)]
+    """(idle, where each axis finds when the thread last made progress)."""
+    idle, progress = system.structs["idle"](), [ctypes.c_uint32(0) for _ in range(2)]
     idle.time_ms = ctypes.pointer(clock)
-    for n, ms in enumerate(got_on):
-        idle.got_on_ms[n] = ctypes.pointer(ms)
-    return idle, got_on
+    for n, ms in enumerate(progress):
+        idle.progress_ms[n] = ctypes.pointer(ms)
+    return idle, progress
 
 
 def test_the_watchdog_is_served_and_each_axis_told_while_the_slow_loop_lives(device, system):
     clock = ctypes.c_uint32(5)
-    idle, got_on = awake(system, clock)
+    idle, progress = awake(system, clock)
     for now, served in ((5, True), (5, False), (6, True), (6, False), (2, True)):
         device.watchdog.WDOGREFRESH, clock.value = 0, now
-        got_on[0].value = got_on[1].value = 0
+        progress[0].value = progress[1].value = 0
         system.idle_serve_watchdog(idle)
         assert (device.watchdog.WDOGREFRESH == KEY) == served
-        assert [ms.value for ms in got_on] == [now * served] * 2
+        assert [ms.value for ms in progress] == [now * served] * 2
 
 
 def resting(system):
