@@ -21,7 +21,7 @@
 /* Between two proofs of the slow loop to the fabric, while the bridge is on. */
 #define CONFIG_WATCH_US     3500u
 #define CONFIG_WATCH_CLOCKS (CONFIG_WATCH_US * (BOARD_FABRIC_HZ / 1000000u))
-/* So long the thread may be away while the bridge is on. Its longest work, `identify` evaluating, takes half of it. */
+/* So long the thread may be away while the bridge is on: ten times what it ever is, cache locked (docs/faults.md). */
 #define CONFIG_THREAD_MS 100
 
 _Static_assert(FABRIC_HZ % (2 * CONFIG_PWM_HZ) == 0,

@@ -2,7 +2,6 @@
 #include "firmware/system/idle.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/watchdog.h"

@@ -175,8 +175,8 @@ def test_a_thread_that_hangs_is_borne_for_100_ms_and_then_stops_the_motor(tmp_pa
     assert len(re.findall(r"\nfault: axis [12]: thread stopped", console(tmp_path))) == 2
 
 
-BESIDE = ("set pole_pairs 1", "get all", "load", "defaults", "save", "reaction stall warn", "help brake", "on", "off", "identify show",
-          "identify use", "learn hall", "off", "load")
+BESIDE = ("set pole_pairs 1", "get all", "load", "defaults", "save", "reaction stall warn", "help brake", "on", "off",
+          "identify show", "identify use", "learn hall", "off", "load")
 
 
 def test_what_is_done_to_a_motor_at_rest_leaves_the_other_alone(tmp_path):
