@@ -4,8 +4,8 @@
  * the guide.
  *
  * On the M2S005 and M2S010, traffic on FIC_0 can make bits that firmware changed here fall back to their flash values.
- * So the Libero design sets everything (docs/fabric.md), and this driver changes only what it must: SOFT_RESET_CR at start, and
- * EDAC_IRQ_ENABLE. The slow loop looks after both.
+ * So the Libero design sets everything (docs/fabric.md), and drivers change only what they must: SOFT_RESET_CR at start,
+ * EDAC_IRQ_ENABLE, and WDOG_CR where somebody has cleared it. The slow loop looks after all three.
  */
 #ifndef DRIVERS_MSS_SYSREG_H
 #define DRIVERS_MSS_SYSREG_H
@@ -112,6 +112,8 @@ REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 #define SYSREG_CC_CR_LOCK       (1u << 2)
 #define SYSREG_FLUSH_CACHE      (1u << 0) /* of FLUSH_CR: empties it */
 #define SYSREG_CC_REGION_CODE_0 (1u << 0) /* the lowest of four slots of 128 MB */
+
+#define SYSREG_WDOG_ENABLE (1u << 0) /* of WDOG_CR; with b1, WDOGMODE, at 0 a time-out resets */
 
 #define SYSREG_FACC1_GLMUX_SEL           (1u << 12) /* 1: running from the standby clock, not the PLL */
 #define SYSREG_FACC1_CONTROLLER_PLL_INIT (1u << 26) /* 1: clock bring-up not finished */

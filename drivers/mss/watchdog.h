@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Watchdog (UG0331, watchdog chapter). Enable, time-out and mode come from flash bits of the Libero design
- * (docs/fabric.md): the firmware can only refresh it and look.
+ * (docs/fabric.md). Time-out and window are those; enable and mode (SYSREG's WDOG_CR) a program can write, and debug probes
+ * switch it off.
  */
 #ifndef DRIVERS_MSS_WATCHDOG_H
 #define DRIVERS_MSS_WATCHDOG_H
 
 #include "drivers/board.h"
+#include "drivers/mss/sysreg.h"
 #include "drivers/reg.h"
 
 struct watchdog_regs {
@@ -46,7 +48,26 @@ static inline void watchdog_refresh(void)
     WATCHDOG->WDOGREFRESH = WATCHDOG_REFRESH_KEY;
 }
 
-/* True if the design has switched the watchdog on, and lets it reset the device: so a hung program ends. Context: any. */
+#define WATCHDOG_ON_LOOKS \
+    32u /* of some cycles each: more than the 64 ticks after which the watchdog shows what was written */
+
+/*
+ * Switches the watchdog on where WDOG_CR is 0, as OpenOCD's script for this device leaves it until the next power-on. It counts
+ * on from where it was stopped, so it is refreshed at once. A design may keep firmware from writing the register: then it stays
+ * off. Context: start-up, slow loop.
+ */
+static inline void watchdog_switch_on(void)
+{
+    if (SYSREG->WDOG_CR != 0u) {
+        return;
+    }
+    SYSREG->WDOG_CR = SYSREG_WDOG_ENABLE;
+    watchdog_refresh();
+    for (uint32_t n = 0; n < WATCHDOG_ON_LOOKS && (WATCHDOG->WDOGENABLE & WATCHDOG_ENABLE_BIT) == 0u; n++) {
+    }
+}
+
+/* True if the watchdog is on, and resets the device: so a hung program ends. Context: any. */
 static inline bool watchdog_resets(void)
 {
     return (WATCHDOG->WDOGENABLE & WATCHDOG_ENABLE_BIT) != 0u && (WATCHDOG->WDOGCONTROL & WATCHDOG_INTERRUPTS) == 0u;

@@ -218,7 +218,9 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_FABRIC] = {"fabric", "the FPGA does not carry the design of docs/fabric.md"},
     [FAULT_LOCKUP] = {"lock-up reset", "a fault inside the fault's handler: bus errors, a broken stack or memory"},
     [FAULT_STACK_GUARD] = {"stack guard", "no memory protection unit: MPU switched off in Libero"},
-    [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode; set in Libero"},
+    [FAULT_WATCHDOG_OFF] =
+        {"watchdog off",
+         "start-up could not switch it on: the design locks WDOG_CR or sets interrupt mode, docs/fabric.md"},
     [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
     [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM: supply, radiation, a worn device"},
     [FAULT_ENCODER_SLIP] = {"encoder slip", "coupling between encoder and shaft, disturbance on the encoder's lines",

@@ -17,6 +17,7 @@ void boot_core(void)
     (void)dwt_init();           /* without a cycle counter 'status' shows no cycles, and that is all */
     sysreg_release_reset(BOOT_BLOCKS);
     watchdog_refresh();
+    watchdog_switch_on(); /* before the fabric, which may not answer */
 }
 
 /*

@@ -7,6 +7,7 @@
 #include "drivers/cortex/scb.h"
 #include "drivers/mss/sysreg.h"
 #include "drivers/mss/timer.h"
+#include "drivers/mss/watchdog.h"
 #include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
@@ -59,6 +60,7 @@ static void watch_device(void)
         nvic_pend(MSS_IRQ_ECC_ERROR);
     }
     sysreg_edac_interrupts();
+    watchdog_switch_on();
     if (block_is_lost()) {
         nvic_pend(BOARD_IRQ_PUT_BACK);
     }

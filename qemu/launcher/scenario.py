@@ -64,7 +64,7 @@ EVENTS = {
     "hall_open": [_PHASE, _FLAG], "hall_invert": [_PHASE, _FLAG], "hall_swap": ["pair|off"],
     "fabric_other": [_FLAG], "fabric_sealed": [_FLAG], "fabric_sealed_behind": [_WORD], "fabric_hangs": [_FLAG],
     "flash_bits": [_WORD, _WORD], "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
-    "soft_reset": [], "user_reset": [], "put_back": [],
+    "soft_reset": [], "user_reset": [], "openocd": [], "put_back": [],
     "can": [_FRAME], "can_break": [_WORD], "can_cut": [_FLAG],
     "bus": [_HEX], "keys": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }

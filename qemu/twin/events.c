@@ -72,6 +72,7 @@ static const struct syntax {
     {"user_reset", EVENT_USER_RESET, "", "user_reset (from outside, by MSS_RESET_N_F2M)"},
     {"put_back", EVENT_PUT_BACK, "", "put_back (as traffic on FIC_0 does it on an M2S010)"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
+    {"openocd", EVENT_OPENOCD, "", "openocd (a reset by its script for this device, as it leaves the chip)"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
     {"poke_offset", EVENT_POKE_OFFSET, "aw", "poke_offset ADDRESS ADDRESS_OF_ANGLE"},
 };

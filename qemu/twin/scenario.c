@@ -320,6 +320,9 @@ static void play(const struct event *e)
     case EVENT_POWER_CUT:
         board.power_cut();
         break;
+    case EVENT_OPENOCD:
+        board.openocd();
+        break;
     case EVENT_END:
         board.end(e->axis);
         break;

@@ -22,6 +22,7 @@ struct scenario_board {
     void (*block_interrupt)(unsigned axis, bool);
     void (*power_cut)(void);
     void (*reset)(enum reset_cause);           /* of the MSS */
+    void (*openocd)(void);                     /* resets it, by its script */
     void (*put_back)(void);                    /* what traffic on FIC_0 puts back */
     void (*interrupt)(int number, bool level); /* of the MSS */
     void (*seal_fabric)(bool, uint32_t);       /* whoever touches it, but for one read of an offset, ends the run */

@@ -39,14 +39,15 @@ struct sysreg_word sysreg_words[SYSREG_WORDS] = {
     {.offset = RESET_SOURCE_CR, .writable = ALL},         /* first: sysreg_reset() relies on it */
     {.offset = EDAC_CR, .initial = 0x3, .writable = ALL}, /* SECDED on both eSRAMs */
     {.offset = SOFT_RESET_CR, .initial = HELD_IN_RESET, .writable = ALL, .at_traffic = ALL},
-    {.offset = WDOG_CR, .initial = 0x1, .at_traffic = 0x3}, /* enabled, reset mode */
+    /* enabled, reset mode; of the watchdog's registers nothing but power-on is a reset: user guide, 19.5 */
+    {.offset = WDOG_CR, .initial = 0x1, .writable = 0x3, .at_traffic = 0x3, .kept = true},
     {.offset = EDAC_IRQ_ENABLE, .writable = EDAC_FLAGS, .at_traffic = ALL},
     {.offset = FACC1_CR, .writable = ALL}, /* every divisor 1, clocked from the PLL */
     {.offset = ESRAM0_EDAC_CNT},
     {.offset = ESRAM1_EDAC_CNT},
     {.offset = PLL_STATUS, .initial = 0x3}, /* both locked */
-    {.offset = WDOGLOAD},                   /* sysreg_design() */
-    {.offset = WDOGMVRP, .initial = ALL},
+    {.offset = WDOGLOAD, .kept = true},     /* sysreg_design() */
+    {.offset = WDOGMVRP, .initial = ALL, .kept = true},
     {.offset = EDAC_SR, .clears = EDAC_FLAGS},
     {.offset = ENVM_CR, .initial = 0xE0, .writable = ALL}, /* NV_FREQRNG 7 */
     {.offset = CC_CR, .writable = ALL},
@@ -87,15 +88,16 @@ void sysreg_reset(enum reset_cause cause)
 {
     uint32_t earlier_causes = sysreg_words[0].value; /* sticky until firmware clears them */
     for (int n = 0; n < SYSREG_WORDS; n++) {
-        sysreg_words[n].value = sysreg_words[n].initial;
+        struct sysreg_word *w = &sysreg_words[n];
+        if (cause == RESET_POWER_ON || !w->kept) {
+            w->value = w->after_reset = w->initial;
+        }
     }
     if (cause == RESET_POWER_ON) {
-        word_at(SOFT_RESET_CR)->value &= ~HOLDS_FABRIC; /* the system controller's doing */
+        word_at(SOFT_RESET_CR)->after_reset = word_at(SOFT_RESET_CR)->value &=
+            ~HOLDS_FABRIC; /* the controller's doing */
     }
     sysreg_words[0].value = cause == RESET_POWER_ON ? EVERY_CAUSE : earlier_causes | (uint32_t)cause;
-    for (int n = 0; n < SYSREG_WORDS; n++) {
-        sysreg_words[n].after_reset = sysreg_words[n].value;
-    }
 }
 
 void sysreg_put_back(void)
@@ -138,6 +140,12 @@ unsigned sysreg_cache_flushes(void)
 uint32_t sysreg_value(uint32_t offset)
 {
     return word_at(offset)->value;
+}
+
+void sysreg_leave_as_openocd(void)
+{
+    sysreg_write(word_at(WDOG_CR), WDOG_CR, 0);
+    sysreg_write(word_at(CC_CR), CC_CR, 0);
 }
 
 void sysreg_set_lock(enum sysreg_pll pll, bool locked)

@@ -19,7 +19,8 @@ enum reset_cause {
 
 struct sysreg_word {
     uint32_t offset;
-    uint32_t initial;    /* from the flash bits of the design, at every reset */
+    uint32_t initial; /* from the flash bits of the design, at every reset or at power-on alone: kept */
+    bool kept;
     uint32_t writable;   /* mask */
     uint32_t clears;     /* mask of bits that writing 1 clears */
     uint32_t at_traffic; /* mask of bits that traffic on FIC_0 can put back, if firmware has changed them */
@@ -46,6 +47,8 @@ bool sysreg_design(uint32_t offset, uint32_t word);
 /* Bits of a register that the table has which the design keeps the firmware from changing. */
 void sysreg_fix(uint32_t offset, uint32_t bits);
 uint32_t sysreg_value(uint32_t offset);
+/* What OpenOCD's target/microsemi-cortex-m3.cfg writes behind a reset: WDOG_CR and CC_CR to 0 (ilg-archived/openocd). */
+void sysreg_leave_as_openocd(void);
 /* How often FLUSH_CR has emptied the cache. */
 unsigned sysreg_cache_flushes(void);
 

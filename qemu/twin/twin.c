@@ -25,6 +25,7 @@
 #include "live.h"
 #include "mmuart.h"
 #include "qemu_api.h"
+#include "random.h"
 #include "scenario.h"
 #include "serial_bus.h"
 #include "sysreg.h"
@@ -33,6 +34,8 @@
 #define FABRIC_BYTES 0x1000u
 #define TIMER_BASE   0x40004000u
 #define PROGRESS_NS  50000000
+#define ESRAM_BASE   0x20000000u
+#define ESRAM_BYTES  0x10000u
 
 static struct config config;
 static struct watchdog watchdog;
@@ -41,6 +44,7 @@ static struct mmuart_extension mmuart;
 static struct gpio gpio;
 static FILE *progress;
 static enum reset_cause reset_cause = RESET_SOFT; /* of the reset that comes next */
+static bool openocd_at_reset;                     /* and whether OpenOCD asks for it */
 static bool fabric_sealed, fabric_hung;
 static uint32_t fabric_last_read = SEALED_AT_ONCE; /* of a sealed fabric, the one that is still answered */
 static bool started;
@@ -67,6 +71,24 @@ static void watchdog_bite(void)
 static void power_returns(void)
 {
     reset_by(RESET_POWER_ON);
+}
+
+/* Its driver for the eNVM works in all of the eSRAM, and puts nothing back. */
+static void openocd_leaves(void)
+{
+    struct random r;
+    random_seed(&r, config.seed);
+    for (uint32_t address = ESRAM_BASE; address < ESRAM_BASE + ESRAM_BYTES; address += sizeof(uint64_t)) {
+        const uint64_t left = random_u64(&r);
+        vm_write_memory(address, &left, sizeof left);
+    }
+    sysreg_leave_as_openocd();
+}
+
+static void openocd(void)
+{
+    openocd_at_reset = true;
+    reset_by(RESET_SOFT);
 }
 
 static void seal_fabric(bool sealed, uint32_t last_read)
@@ -98,10 +120,21 @@ static void note_bus_reset(void)
     can_bus_note_reset();
 }
 
+static void watchdog_rearm(void)
+{
+    if (watchdog.expires_at == SIM_NEVER) {
+        vm_timer_stop(watchdog_timer);
+    } else {
+        vm_timer_at(watchdog_timer, sim_to_ns_up(watchdog.expires_at));
+    }
+}
+
 static void put_back(void)
 {
     bool was_held = chip_holds_fabric();
     sysreg_put_back();
+    watchdog_switched(&watchdog, present());
+    watchdog_rearm();
     note_fabric_reset(was_held);
     note_bus_reset();
 }
@@ -153,15 +186,6 @@ static void watchdog_expired(void *unused)
     watchdog.reset();
 }
 
-static void watchdog_rearm(void)
-{
-    if (watchdog.expires_at == SIM_NEVER) {
-        vm_timer_stop(watchdog_timer);
-    } else {
-        vm_timer_at(watchdog_timer, sim_to_ns_up(watchdog.expires_at));
-    }
-}
-
 static uint32_t watchdog_region_read(void *unused, uint32_t offset)
 {
     (void)unused;
@@ -172,6 +196,13 @@ static void watchdog_region_write(void *unused, uint32_t offset, uint32_t value)
 {
     (void)unused;
     watchdog_write(&watchdog, offset, value, present());
+    watchdog_rearm();
+}
+
+static void watchdog_control_write(void *word, uint32_t offset, uint32_t value)
+{
+    sysreg_write(word, offset, value);
+    watchdog_switched(&watchdog, present());
     watchdog_rearm();
 }
 
@@ -251,6 +282,10 @@ static void system_reset(void *unused)
     axes_reset_fabric();
     envm_board_reset();
     sysreg_reset(reset_cause);
+    if (openocd_at_reset) {
+        openocd_leaves();
+    }
+    openocd_at_reset = false;
     reset_timers();
     reset_cause = RESET_SOFT;
     vm_set_interrupt(SYSREG_ECC_IRQ, false);
@@ -357,13 +392,10 @@ static void map_devices(void)
     vm_map_private(&cycles);
     envm_board_map(&config.envm, config.seed, power_returns);
     for (int n = 0; n < SYSREG_WORDS; n++) {
-        bool resets = sysreg_words[n].offset == SYSREG_SOFT_RESET_CR;
-        words[n] = (struct vm_region){"mssfoc-sysreg",
-                                      SYSREG_BASE + sysreg_words[n].offset,
-                                      4,
-                                      4,
-                                      sysreg_read,
-                                      resets ? soft_reset_write : sysreg_write,
+        void (*write)(void *, uint32_t, uint32_t) = sysreg_words[n].offset == SYSREG_SOFT_RESET_CR ? soft_reset_write
+                                                    : sysreg_words[n].offset == SYSREG_WDOG_CR ? watchdog_control_write
+                                                                                               : sysreg_write;
+        words[n] = (struct vm_region){"mssfoc-sysreg", SYSREG_BASE + sysreg_words[n].offset, 4, 4, sysreg_read, write,
                                       &sysreg_words[n]};
         vm_map(&words[n]);
     }
@@ -411,8 +443,9 @@ static void start(void)
     serial_bus_open(config.bus_id, config.bus_log_path);
     can_bus_open(config.can_id, config.can_slcan, config.can_log_path);
     const struct scenario_board board = {
-        axes_plant, axes_sync, axes_changed,     axes_delay_interrupt, axes_block_interrupt, envm_board_power_cut,
-        reset_by,   put_back,  vm_set_interrupt, seal_fabric,          hang_fabric,          end_axis};
+        axes_plant, axes_sync, axes_changed, axes_delay_interrupt, axes_block_interrupt, envm_board_power_cut,
+        reset_by,   openocd,   put_back,     vm_set_interrupt,     seal_fabric,          hang_fabric,
+        end_axis};
     if (!scenario_start(&config, &board)) {
         out_of_memory();
     }

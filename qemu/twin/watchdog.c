@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* A down counter on the 50 MHz RC oscillator: it runs from power-on, firmware cannot change its load, its window or its
- * mode. In interrupt mode the twin's does nothing. UG0331, watchdog chapter. */
+/* A down counter on the 50 MHz RC oscillator: firmware cannot change its load or its window. Switched off it stands, and goes on
+ * from there. In interrupt mode the twin's does nothing. UG0331, watchdog chapter. */
 #include "watchdog.h"
 
 #include "sysreg.h"
@@ -41,19 +41,32 @@ void watchdog_init(struct watchdog *w, void (*reset)(void))
     watchdog_reload(w, 0);
 }
 
+static sim_ps left(const struct watchdog *w, sim_ps now)
+{
+    return w->expires_at == SIM_NEVER ? w->left : w->expires_at > now ? w->expires_at - now : 0;
+}
+
+static void count_down(struct watchdog *w, sim_ps from, sim_ps now)
+{
+    w->left = from;
+    w->expires_at = is_set(WDOG_CR_ENABLE) && !is_set(WDOG_CR_INTERRUPTS) ? now + from : SIM_NEVER;
+}
+
 void watchdog_reload(struct watchdog *w, sim_ps now)
 {
-    w->expires_at =
-        is_set(WDOG_CR_ENABLE) && !is_set(WDOG_CR_INTERRUPTS) ? now + (sim_ps)load_ticks() * TICK_PS : SIM_NEVER;
+    count_down(w, (sim_ps)load_ticks() * TICK_PS, now);
+}
+
+void watchdog_switched(struct watchdog *w, sim_ps now)
+{
+    count_down(w, left(w, now), now);
 }
 
 uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now)
 {
     switch (offset) {
     case VALUE:
-        return w->expires_at == SIM_NEVER ? load_ticks()
-               : w->expires_at > now      ? (uint32_t)((w->expires_at - now) / TICK_PS)
-                                          : 0;
+        return (uint32_t)(left(w, now) / TICK_PS);
     case LOAD:
         return load_ticks();
     case MVRP:

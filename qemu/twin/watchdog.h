@@ -16,7 +16,8 @@
 #define WATCHDOG_LOAD_MAX 0x3FFFFFFu
 
 struct watchdog {
-    sim_ps expires_at;
+    sim_ps expires_at; /* SIM_NEVER: it stands, with so much */
+    sim_ps left;
     uint32_t control;
     void (*reset)(void); /* time is up */
 };
@@ -24,6 +25,8 @@ struct watchdog {
 void watchdog_init(struct watchdog *w, void (*reset)(void));
 /* Reloads, as a system reset does. */
 void watchdog_reload(struct watchdog *w, sim_ps now);
+/* Somebody has written WDOG_CR. */
+void watchdog_switched(struct watchdog *w, sim_ps now);
 uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now);
 void watchdog_write(struct watchdog *w, uint32_t offset, uint32_t value, sim_ps now);
 

@@ -4,14 +4,16 @@
 The board is changed while the drive runs, and a reset brings the change into effect, as a power-on would.
 """
 import re
+import sys
 
 import pytest
 
 from launcher import LauncherError, simulate
+from launcher.qemu import chip_items
 
 RESET_S = 0.1
 AFTER_S = RESET_S + 0.05
-FACC1, WDOG_CR = "0x98", "0x6C"
+FACC1, WDOG_CR, WDOG_CR_AT = "0x98", "0x6C", "0x4003806C"
 GATE_ID = "0x308"  # in the fabric
 CHIPS = ("m2s010", "m2s025")
 SOFT_RESET_CR, FABRIC_BIT = 0x40038048, 1 << 16
@@ -41,7 +43,6 @@ LASTING = {
     "clock, PLL not locked": ([("pll_lost", "1")], "clock", "the fabric is not touched"),
     "clock, fabric's PLL not locked": ([("fabric_pll_lost", "1")], "clock", "the fabric is not touched"),
     "another design": ([("fabric_other", "1")], "fabric", "the fabric is not touched"),
-    "watchdog off": ([("flash_bits", WDOG_CR, "0")], "watchdog off", "the cause is still there: the watchdog"),
     "watchdog only interrupts": ([("flash_bits", WDOG_CR, "3")], "watchdog off", "the cause is still there: the watchdog"),
     # the function that sets the guard returns at once
     "no stack guard": ([("poke_rom", "&device_guard_stack", "0x4770")], "stack guard", "the cause is still there: the stack"),
@@ -51,12 +52,43 @@ LASTING = {
 @pytest.mark.parametrize("case", LASTING)
 def test_what_the_device_lacks_keeps_the_drive_off(case, tmp_path):
     changes, name, refusal = LASTING[case]
-    said, result = boot(tmp_path, changes)
+    said, result = boot(tmp_path, changes, reset="power_cut")
     assert f"fault: {name}\n" in said, said
     assert said.count("error: a fault is latched") == 2, said
     assert refusal in said and "state: fault" in said
     assert ("watchdog: off\n" in said) == case.startswith("watchdog")
     assert not result.trace["gates"].any()
+
+
+LOCKED_OFF = {"design 0x6C": "0x0 0x3"}  # WDOG_CR 0, and no program can write it
+
+
+def test_a_watchdog_that_nobody_may_switch_on_keeps_the_drive_off_and_is_said(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules["launcher.simulate"], "chip_items", lambda *chip: {**chip_items(*chip), **LOCKED_OFF})
+    said, result = boot(tmp_path, reset=None, lines=("fault", "clear", "on", "status"))
+    assert "fault: watchdog off\nlook at: start-up could not switch it on" in said and "watchdog: off\n" in said
+    assert "the cause is still there: the watchdog" in said and not result.trace["gates"].any()
+
+
+# what the design or a probe has left -> the reset behind it
+LEFT_OFF = {"by the design": ([("flash_bits", WDOG_CR, "0")], "power_cut"), "by OpenOCD": ([], "openocd"),
+            "by OpenOCD, and reset": ([("poke", WDOG_CR_AT, "0")], "soft_reset"),
+            "by a program that ended": ([("poke", WDOG_CR_AT, "0")], "lockup_reset")}
+
+
+@pytest.mark.parametrize("chip", CHIPS)
+@pytest.mark.parametrize("case", LEFT_OFF)
+def test_a_watchdog_that_was_left_off_is_on_again_and_bites(case, chip, tmp_path):
+    """Also where traffic on FIC_0 puts the design's 0 back, again and again: M2S010. Then the thread hangs."""
+    changes, reset = LEFT_OFF[case]
+    lines = ["clear", "status", "on", *["version"] * 22, "status"]
+    hangs_s = AFTER_S + 0.1 * len(lines)
+    said, result = boot(tmp_path, changes, reset=reset, chip=chip, lines=lines, watchdog_s=0.1, more=[
+        {"t_s": hangs_s, "event": "poke_rom", "args": ["&idle", "0xE7FE"]},
+        {"t_s": hangs_s + 0.09, "event": "poke_rom", "args": ["&idle", "*idle"]}])
+    before = result.console.split("'help' lists the commands")[-2]
+    assert before.count("watchdog: 0.100 s\n") == 2 and "state: operation enabled" in before, result.console
+    assert "last reset by: watchdog" in said
 
 
 # How the last life ended is a fault that can be cleared; then the drive starts.

@@ -52,6 +52,14 @@ def test_readme_commands_exist():
     assert len(targets) > 5 and targets <= set(re.findall(r"(?m)^([a-z-]+):", database))
 
 
+@pytest.mark.parametrize("probe, tool, jtagsel", (("openocd", "OPENOCD", 1), ("jlink", "JLINK", 0)))
+@pytest.mark.parametrize("device, said", (("", "device M2S010 by default"), ("M2S025", "device M2S025;")))
+def test_flashing_says_which_device_and_which_jtagsel(probe, tool, jtagsel, device, said):
+    result = run(".ci/flash", probe, "image", DEVICE=device, **{tool: "echo"})
+    assert result.returncode == 0 and said.split()[1].rstrip(";") in result.stdout
+    assert said in result.stderr and f"JTAGSEL must be {jtagsel}\n" in result.stderr
+
+
 @pytest.mark.parametrize("probe, words", [("", "PROBE=openocd"), ("stlink", "PROBE=openocd"), ("openocd", "OPENOCD="),
                                           ("jlink", "JLINK=")])
 def test_flash_says_what_is_missing(probe, words):

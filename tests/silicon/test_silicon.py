@@ -17,7 +17,7 @@ BOARD = "drivers/board.h"
 # what these folders define that no device has: our choices, and sums of what has its fact
 OURS = {"GRANT_LOOKS", "WAIT_LOOKS", "PATIENCE_TICKS", "LSR_ERRORS", "IER_RECEIVE", "IER_BOTH", "EMERGENCY_POLLS",
         "MMUART_TX_BYTES", "MMUART_RX_BYTES", "MMUART_XON", "MMUART_XOFF", "MMUART_RX_HIGH", "MMUART_RX_LOW", "MMUART_RX_LOSS",
-        "MMUART_RX_SILENCE", "CHARACTER_BITS", "SETTLE"}
+        "MMUART_RX_SILENCE", "CHARACTER_BITS", "SETTLE", "WATCHDOG_ON_LOOKS"}
 OUR_ENUMS = ("envm_result", "mmuart_format")
 WARM = ("watchdog", "lock-up", "software", "external")
 RESETS = {"reset": ("power-on", *WARM), "warm": WARM, **{name: (name,) for name in ("power-on", *WARM)}}

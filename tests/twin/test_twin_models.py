@@ -13,7 +13,7 @@ HERE = Path(__file__).resolve().parent
 TWIN = ROOT / "qemu" / "twin"
 _PHYSICS = re.search(r"TWIN_PHYSICS := ((?:.*\\\n)*.*)\n", (TWIN / "twin.mk").read_text()).group(1)
 MODELS = [name for name in _PHYSICS.replace("\\", "").split() if name not in ("config", "cycles_keys")]
-MODELS += ["cycles_cache", "sysreg"]  # of the core's side what needs no core
+MODELS += ["cycles_cache", "sysreg", "watchdog"]  # of the core's side what needs no core
 PROGRAMS = sorted(path.stem for path in HERE.glob("twin_*.c"))
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-fsanitize=address,undefined",
          "-fno-sanitize-recover=all", f"-I{TWIN}", f"-I{HERE}"]

@@ -128,6 +128,14 @@ def test_the_core_is_set_up(device, system):
     assert device.watchdog.WDOGREFRESH == KEY
 
 
+@pytest.mark.parametrize("found, left", ((0, 1), (1, 1), (2, 2), (3, 3)))
+def test_a_watchdog_that_a_probe_has_switched_off_is_switched_on(device, system, found, left):
+    """And refreshed behind that; what a design has chosen stays."""
+    device.sysreg.WDOG_CR = found
+    system.boot_core()
+    assert device.sysreg.WDOG_CR == left and device.watchdog.WDOGREFRESH == KEY
+
+
 @pytest.mark.parametrize("word", (0, 1, 7, 2047))
 def test_a_cache_that_holds_other_words_is_not_left_locked(device, system, word):
     code, array = (ctypes.c_uint32 * 2048)(*range(2048)), (ctypes.c_uint32 * 2048)(*range(2048))
