@@ -12,6 +12,7 @@
 #define FALL_MS        25u
 #define SHARE_TENTH    3
 #define BLIND_PART     4
+#define RIGHT_ORDER    123
 
 const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 
@@ -27,9 +28,8 @@ static int32_t largest(const int32_t of_q15[3])
 
 static void wiring_keep(struct wiring *w, const int32_t i_q15[3])
 {
-    w->own_q15[w->along] = i_q15[w->along];
     for (size_t k = 0; k < 3u; k++) {
-        w->largest_q15[k] = q15_max(w->largest_q15[k], q15_abs(i_q15[k]));
+        w->rise_q15[w->along][k] = i_q15[k];
     }
     w->v_256ths = 0;
     w->ms = 0;
@@ -56,19 +56,58 @@ static bool is_share(int32_t i_q15, int32_t most_q15)
     return q15_abs(i_q15) * 10 >= most_q15 * SHARE_TENTH;
 }
 
+/* How much what a sensor shows goes with a phase and against the other two, of either sign. */
+static int32_t goes_with(const struct wiring *w, uint32_t sensor, uint32_t phase)
+{
+    const int32_t sum_q15 = w->rise_q15[0][sensor] + w->rise_q15[1][sensor] + w->rise_q15[2][sensor];
+    return q15_abs(3 * w->rise_q15[phase][sensor] - sum_q15);
+}
+
+/*
+ * The order in which the sensors show the phases, as digits: the one that goes best with all. With mean admittance m and half
+ * the axes' difference s the right one has 3 m, one with two sensors exchanged 2 m + s at most, at any angle of the rotor.
+ */
+static int32_t order_shown(const struct wiring *w)
+{
+    static const uint8_t orders[][3] = {{1, 2, 3}, {2, 1, 3}, {1, 3, 2}, {3, 2, 1}, {2, 3, 1}, {3, 1, 2}};
+    int32_t best = 0;
+    int32_t most = -1;
+    for (size_t n = 0; n < sizeof orders / sizeof orders[0]; n++) {
+        const uint8_t *const o = orders[n];
+        const int32_t fits = goes_with(w, 0, o[0] - 1u) + goes_with(w, 1, o[1] - 1u) + goes_with(w, 2, o[2] - 1u);
+        if (fits > most) {
+            most = fits;
+            best = o[0] * 100 + o[1] * 10 + o[2];
+        }
+    }
+    return best;
+}
+
 static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
 {
-    const int32_t most_q15 = largest(w->largest_q15);
+    int32_t largest_q15[3];
+    for (size_t k = 0; k < 3u; k++) {
+        largest_q15[k] = largest((const int32_t[3]){w->rise_q15[0][k], w->rise_q15[1][k], w->rise_q15[2][k]});
+    }
+    const int32_t most_q15 = largest(largest_q15);
     if (most_q15 < t->wiring_i_q15 / 2) {
         return WIRING_OPEN;
     }
     for (size_t k = 0; k < 3u; k++) {
         w->phase = (int32_t)k + 1;
-        if (w->blind[k] || !is_share(w->largest_q15[k], most_q15)) {
+        if (w->blind[k] || !is_share(largest_q15[k], most_q15)) {
             return WIRING_OPEN;
         }
-        if (w->own_q15[k] < 0) {
-            return is_share(w->own_q15[k], most_q15) ? WIRING_SIGN : WIRING_OPEN; /* lost since others were looked at */
+    }
+    w->phase = order_shown(w);
+    if (w->phase != RIGHT_ORDER) {
+        return WIRING_EXCHANGED;
+    }
+    for (size_t k = 0; k < 3u; k++) {
+        w->phase = (int32_t)k + 1;
+        if (w->rise_q15[k][k] < 0) {
+            /* lost since others were looked at */
+            return is_share(w->rise_q15[k][k], most_q15) ? WIRING_SIGN : WIRING_OPEN;
         }
     }
     return WIRING_GOOD;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Checks, before anything turns, that each phase carries current and its sensor has the right sign: a voltage along one phase
- * after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the wrong
+ * Checks, before anything turns, that each phase carries current and its sensor is its own and has the right sign: a voltage along
+ * one phase after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the wrong
  * sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
  *
  * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: while the low sides are
@@ -21,7 +21,8 @@ enum wiring_result {
     WIRING_RUNNING,
     WIRING_GOOD,
     WIRING_OPEN, /* phase: carries less than 30 % of what the others do, or its sensor does not show it, or not always */
-    WIRING_SIGN, /* phase: its sensor counts backwards */
+    WIRING_SIGN,      /* phase: its sensor counts backwards */
+    WIRING_EXCHANGED, /* phase: three digits, whose current the sensors of A, B and C show; 213: A and B are exchanged */
 };
 
 struct wiring {
@@ -29,8 +30,7 @@ struct wiring {
     uint32_t ms;            /* since this voltage's rise began, or since it ended */
     int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current decays */
     int32_t before_q15[3];  /* the currents when the voltage began */
-    int32_t own_q15[3];     /* rise of each phase's current with the voltage along it */
-    int32_t largest_q15[3]; /* largest change of each phase's current with the voltage along any phase */
+    int32_t rise_q15[3][3]; /* with the voltage along a phase, of what each sensor shows */
     bool blind[3];          /* a phase's current showed in one sample of a period but not in the other */
     int32_t phase;          /* the verdict's phase, 1 for A; 0: no phase carries current */
 };

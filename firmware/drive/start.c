@@ -69,6 +69,9 @@ static void step_wiring(struct axis *a)
     case WIRING_SIGN:
         source_of(a)->miswired(a, FAULT_SENSOR_SIGN);
         break;
+    case WIRING_EXCHANGED:
+        source_of(a)->miswired(a, FAULT_SENSORS_EXCHANGED);
+        break;
     case WIRING_RUNNING:
     default:
         break;

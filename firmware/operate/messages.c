@@ -290,6 +290,11 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_SLOW_LOOP_STOPPED] = {"slow loop stopped", "its interrupt hung, or was held off for milliseconds"},
     [FAULT_MASTER_LOST] = {"master lost", "the CAN bus and its master", "why: @ (1 heartbeat, 2 NMT, 3 bus-off)"},
     [FAULT_THREAD_STOPPED] = {"thread stopped", "console, bus or other work hung", "it made no progress for @ ms"},
+    [FAULT_SENSORS_EXCHANGED] = {"current sensors exchanged",
+                                 "exchange their lines to the converter; or a leg's gate signals go to another leg",
+                                 "A, B, C show the currents of @: 1 is A, 2 is B, 3 is C"},
+    [FAULT_TEMPERATURE_SENSOR] = {"temperature sensor",
+                                  "its line is cut or shorted, or it is not at the winding; the model protects"},
 };
 
 #define PARAM_TEXT(name, least, most, initial, what) FEATURE_IN(CONSOLE) ? (what) : NULL,

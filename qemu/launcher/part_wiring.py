@@ -76,6 +76,10 @@ WISHES = {
                       refusal="turning"),
     "sensor_A_negative": Wish(("SENSOR_SIGN", "CURRENT_SUM"), (("sensor_gain", "A", "-1"),)),
     "sensor_B_negative": Wish(("SENSOR_SIGN", "CURRENT_SUM"), (("sensor_gain", "B", "-1"),)),
+    **{f"sensors_{order}": Wish(("SENSORS_EXCHANGED",), (("sensor_order", order),))
+       for order in ("BAC", "ACB", "CBA", "BCA", "CAB")},
+    "sensors_BAC_and_A_negative": Wish(("SENSORS_EXCHANGED", "CURRENT_SUM"),
+                                       (("sensor_order", "BAC"), ("sensor_gain", "A", "-1"))),
 }
 
 

@@ -57,7 +57,7 @@ EVENTS = {
     "sensor_add": [_PHASE, _NUMBER], "sensor_gain": [_PHASE, _NUMBER], "sensor_offset": [_PHASE, _NUMBER],
     "sensor_stuck": [_PHASE, "number|off"], "driver_fault": [_FLAG], "sto": [_INPUT, _FLAG],
     "short": [_PAIR, "number|off"],
-    "sensor_sine": [_NUMBER, _NUMBER, _NUMBER],
+    "sensor_order": ["order"], "sensor_sine": [_NUMBER, _NUMBER, _NUMBER],
     "encoder_cut": [_FLAG], "encoder_freeze": [_FLAG], "encoder_illegal": [], "encoder_slip": [_NUMBER],
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "power_cut": [], "phase_open": [_PHASE, _FLAG],
     "encoder_reverse": [_FLAG], "temperature_c": ["number|off"], "phase_swap": ["pair|off"], "chopper": [_FLAG],
@@ -68,7 +68,7 @@ EVENTS = {
     "can": [_FRAME], "can_break": [_WORD], "can_cut": [_FLAG],
     "bus": [_HEX], "keys": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
-_FORMS = {_PHASE: r"[ABC]", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
+_FORMS = {_PHASE: r"[ABC]", "order": r"ABC|ACB|BAC|BCA|CAB|CBA", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
           _WORD: r"[&*]?[\w.\[\]]+", "off": r"off", _HEX: r"([0-9a-f]{2})+", _FRAME: r"[0-9a-f]{1,8}#(R|([0-9a-f]{2}){0,8})"}
 
 

@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
- * q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
+ * O order of the phases, q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
  * S one of two inputs, T temperature or off, x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
@@ -36,6 +36,8 @@ static const struct syntax {
     {"sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN"},
     {"sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB"},
     {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
+    {"sensor_order", EVENT_SENSOR_ORDER, "O",
+     "sensor_order ABC|ACB|BAC|BCA|CAB|CBA (whose currents the channels A, B, C show)"},
     {"sensor_sine", EVENT_SENSOR_SINE, "nyz", "sensor_sine AMPERES HZ ANGLE_RAD (electrical, from the d axis)"},
     {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
     {"sto", EVENT_STO, "Sb", "sto A|B 0|1 (1: the input asks to stop)"},
@@ -70,9 +72,9 @@ static const struct syntax {
     {"lockup_reset", EVENT_LOCKUP_RESET, "", "lockup_reset"},
     {"soft_reset", EVENT_SOFT_RESET, "", "soft_reset"},
     {"user_reset", EVENT_USER_RESET, "", "user_reset (from outside, by MSS_RESET_N_F2M)"},
+    {"openocd", EVENT_OPENOCD, "", "openocd (a reset by its script for this device, as it leaves the chip)"},
     {"put_back", EVENT_PUT_BACK, "", "put_back (as traffic on FIC_0 does it on an M2S010)"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
-    {"openocd", EVENT_OPENOCD, "", "openocd (a reset by its script for this device, as it leaves the chip)"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
     {"poke_offset", EVENT_POKE_OFFSET, "aw", "poke_offset ADDRESS ADDRESS_OF_ANGLE"},
 };
@@ -105,6 +107,16 @@ static bool terminals(const char *word, struct event *e)
     return false;
 }
 
+static bool order(const char *word, struct event *e)
+{
+    int seen = 0;
+    for (int k = 0; k < 3 && word[k] >= 'A' && word[k] <= 'C'; k++) {
+        e->order[k] = word[k] - 'A';
+        seen |= 1 << e->order[k];
+    }
+    return seen == 7 && word[3] == '\0';
+}
+
 static bool argument(char type, const char *word, struct event *e)
 {
     uint32_t whole;
@@ -131,6 +143,8 @@ static bool argument(char type, const char *word, struct event *e)
         return (word[0] == 'A' || word[0] == 'B') && word[1] == '\0';
     case 'q':
         return terminals(word, e);
+    case 'O':
+        return order(word, e);
     case 'Q':
         e->on = strcmp(word, "off") != 0;
         return !e->on || terminals(word, e);

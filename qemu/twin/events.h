@@ -26,6 +26,7 @@ enum event_kind {
     EVENT_SENSOR_GAIN,
     EVENT_SENSOR_OFFSET,
     EVENT_SENSOR_STUCK,
+    EVENT_SENSOR_ORDER,
     EVENT_SENSOR_SINE,
     EVENT_DRIVER_FAULT,
     EVENT_STO,
@@ -59,8 +60,8 @@ enum event_kind {
     EVENT_LOCKUP_RESET,
     EVENT_SOFT_RESET,
     EVENT_USER_RESET,
-    EVENT_PUT_BACK,
     EVENT_OPENOCD,
+    EVENT_PUT_BACK,
     EVENT_POKE,
     EVENT_POKE_ROM,
     EVENT_POKE_OFFSET,
@@ -72,7 +73,8 @@ struct event {
     unsigned axis; /* from 0 */
     int phase;     /* or the first of a pair of terminals */
     int other_phase;
-    bool on; /* of a 0|1 argument; false for "off" */
+    int order[3]; /* of all three */
+    bool on;      /* of a 0|1 argument; false for "off" */
     double number;
     double second, third; /* of an event with more numbers */
     double fraction;      /* 0 to 1 */

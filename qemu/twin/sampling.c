@@ -3,16 +3,17 @@
 
 #include "legs.h"
 
-/* The part of a leg's current that its sensor carries. */
-static double carried_a(const struct plant *p, int k, double i_leg_a)
+/* The part of a leg's current that the sensor of channel k carries. */
+static double carried_a(const struct plant *p, int k, const double i_leg_a[3])
 {
-    return p->sensors.p.shunt != 0 ? leg_low_side_a(&p->inverter, k, i_leg_a) : i_leg_a;
+    const int leg = p->sensors.shows[k];
+    return p->sensors.p.shunt != 0 ? leg_low_side_a(&p->inverter, leg, i_leg_a[leg]) : i_leg_a[leg];
 }
 
 static void see(const struct plant *p, double at_ps, const double i_a[3], double share[3])
 {
     for (int k = 0; k < 3; k++) {
-        share[k] = sensors_current_share(&p->sensors, k, at_ps * 1e-12, carried_a(p, k, i_a[k]));
+        share[k] = sensors_current_share(&p->sensors, k, at_ps * 1e-12, carried_a(p, k, i_a));
     }
 }
 
@@ -29,8 +30,8 @@ void sampling_follow(void *plant, double dt_s, const double from_a[3], const dou
     if (p->sensors.follows) {
         struct leg_view leg[3];
         for (int k = 0; k < 3; k++) {
-            leg[k] =
-                (struct leg_view){carried_a(p, k, from_a[k]), carried_a(p, k, to_a[k]), leg_level(&p->inverter, k)};
+            leg[k] = (struct leg_view){carried_a(p, k, from_a), carried_a(p, k, to_a),
+                                       leg_level(&p->inverter, p->sensors.shows[k])};
         }
         sensors_follow(&p->sensors, leg, dt_s);
     }
@@ -55,7 +56,7 @@ void sampling_take(struct plant *p)
     for (int k = 0; k < 3; k++) {
         if (p->sample_at[k] <= p->now) {
             p->sample_at[k] = SIM_NEVER;
-            uint32_t code = sensors_current_code(&p->sensors, k, sim_to_s(p->now), carried_a(p, k, i_a[k]));
+            uint32_t code = sensors_current_code(&p->sensors, k, sim_to_s(p->now), carried_a(p, k, i_a));
             p->fabric->ops->sample(p->fabric, k, code);
         }
     }

@@ -275,6 +275,9 @@ static void play(const struct event *e)
     case EVENT_SENSOR_STUCK:
         disturb_sensor(e, &plant_of(e)->sensors.current[e->phase]);
         break;
+    case EVENT_SENSOR_ORDER:
+        memcpy(plant_of(e)->sensors.shows, e->order, sizeof e->order);
+        break;
     case EVENT_SENSOR_SINE:
         inject(e, &plant_of(e)->motor, &plant_of(e)->sensors);
         break;
@@ -317,11 +320,11 @@ static void play(const struct event *e)
     case EVENT_USER_RESET:
         board.reset(RESET_USER);
         break;
-    case EVENT_POWER_CUT:
-        board.power_cut();
-        break;
     case EVENT_OPENOCD:
         board.openocd();
+        break;
+    case EVENT_POWER_CUT:
+        board.power_cut();
         break;
     case EVENT_END:
         board.end(e->axis);

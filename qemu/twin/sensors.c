@@ -19,6 +19,7 @@ void sensors_init(struct sensors *s, const struct sensor_params *p, uint64_t see
     memset(s, 0, sizeof *s);
     s->p = *p;
     for (int k = 0; k < 3; k++) {
+        s->shows[k] = k;
         s->current[k] = (struct current_sensor){.gain = gain[k], .offset_lsb = offset_lsb[k], .stuck_code = -1};
         amplifier_init(&s->current[k].amplifier);
     }

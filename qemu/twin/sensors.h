@@ -39,6 +39,7 @@ struct injection {
 
 struct sensors {
     struct sensor_params p;
+    int shows[3]; /* the leg whose current each channel carries: another's if their lines are exchanged */
     struct current_sensor current[3];
     struct injection sine;
     struct disc disc;

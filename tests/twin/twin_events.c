@@ -32,6 +32,13 @@ static void lines(void)
     accepted("phase_swap BC", EVENT_PHASE_SWAP, true, 1, 2);
     accepted("phase_swap CA", EVENT_PHASE_SWAP, true, 2, 0);
     accepted("phase_swap off", EVENT_PHASE_SWAP, false, -1, -1);
+    refused("sensor_order");
+    refused("sensor_order AB");
+    refused("sensor_order ABB");
+    refused("sensor_order ABCA");
+    struct event order;
+    check_true("sensor_order CAB", event_parse("sensor_order CAB", &order) == NULL && order.order[0] == 2 &&
+                                       order.order[1] == 0 && order.order[2] == 1);
     accepted("hall_swap CA", EVENT_HALL_SWAP, true, 2, 0);
     accepted("hall_open B 1", EVENT_HALL_OPEN, true, 1, -1);
     accepted("hall_invert C 0", EVENT_HALL_INVERT, false, 2, -1);

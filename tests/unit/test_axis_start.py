@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The way from `on` to operation, one millisecond at a time: which step comes when, what ends it, what the index keeps."""
 import ctypes
+import itertools
+import math
 
 import pytest
 
@@ -102,6 +104,57 @@ def test_a_sensor_whose_zero_is_off(starting):
     assert cause(w) == "CURRENT_OFFSET"
 
 
+ORDERS = [order for order in itertools.permutations(range(3)) if order != (0, 1, 2)]
+RIGHT = ((0, 1), (1, 1), (2, 1))
+
+
+def show_wiring(wiring, i_q15, sensors=RIGHT, saliency=0.0, angle_deg=0.0):
+    """What flows with the voltage along a phase, by the winding's admittances in its two axes: mean 1, half their difference
+    `saliency`. Each of the `sensors` shows a phase's current, times a gain; the largest at most i_q15."""
+    at = [2 * math.pi * k / 3 for k in range(3)]
+    for along in range(3):
+        for sensor, (phase, gain) in enumerate(sensors):
+            flows = (math.cos(at[along] - at[phase]) +
+                     saliency * math.cos(2 * math.radians(angle_deg) - at[along] - at[phase])) / (1 + saliency)
+            wiring.rise_q15[along][sensor] = round(gain * flows * i_q15)
+
+
+def judged(starting, **shown):
+    w = starting(False)
+    w.step(CALIBRATION_MS)
+    wiring = w.axis.start.wiring
+    wiring.along, wiring.v_256ths, wiring.ms = 3, 0, 99
+    show_wiring(wiring, w.axis.tuning.wiring_i_q15, **shown)
+    w.step()
+    return cause(w), w.axis.faults.detail[0]
+
+
+# (the winding's saliency, the rotor's angle): resistance alone, and inductances up to three times as large across as along
+WINDINGS = [(0.0, 0), *((saliency, angle) for saliency in (0.25, 0.5) for angle in range(0, 180, 15))]
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_sensors_that_are_exchanged_are_named_with_their_order(starting, order):
+    """Whatever the rotor's angle, and with a reversed sensor besides."""
+    shown = int("".join(str(phase + 1) for phase in order))
+    for saliency, angle in WINDINGS:
+        for reversed_one in (None, 0, 1, 2):
+            sensors = [(phase, -1 if sensor == reversed_one else 1) for sensor, phase in enumerate(order)]
+            assert judged(starting, sensors=sensors, saliency=saliency, angle_deg=angle) == ("SENSORS_EXCHANGED", shown), sensors
+
+
+@pytest.mark.parametrize("wrong", range(3))
+def test_other_causes_are_not_taken_for_exchanged_sensors(starting, wrong):
+    """A sensor that is reversed, shows little, or shows a tenth more or less: at any angle of any rotor."""
+    def with_gain(gain):
+        return [(k, gain if k == wrong else 1) for k in range(3)]
+    for saliency, angle in WINDINGS:
+        rotor = dict(saliency=saliency, angle_deg=angle)
+        assert judged(starting, sensors=with_gain(0.05), **rotor) == ("OPEN_PHASE", wrong + 1), rotor
+        assert all(judged(starting, sensors=with_gain(gain), **rotor)[0] == "NONE" for gain in (0.9, 1.1)), rotor
+        assert judged(starting, sensors=with_gain(-1), **rotor) == ("SENSOR_SIGN", wrong + 1), rotor
+
+
 def test_gates_that_do_not_let_go_are_the_fabrics(c, starting):
     w = starting(True)
     w.step(CALIBRATION_MS - 1)
@@ -118,9 +171,8 @@ def test_what_the_wiring_shows(c, starting, phase, cause_name):
     wiring = w.axis.start.wiring
     wiring.along, wiring.v_256ths, wiring.ms = 3, 0, 99
     i = w.axis.tuning.wiring_i_q15
-    for k in range(3):
-        wiring.largest_q15[k] = i if (cause_name, k) != ("OPEN_PHASE", phase) else i // 10
-        wiring.own_q15[k] = -i if (cause_name, k) == ("SENSOR_SIGN", phase) else i
+    share = {"OPEN_PHASE": 0.1, "SENSOR_SIGN": -1}[cause_name]
+    show_wiring(wiring, i, sensors=((0, 1), *((k, share if k == phase else 1) for k in (1, 2))))
     w.step()
     assert cause(w) == cause_name and w.axis.faults.detail[0] == phase + 1
 
@@ -130,8 +182,7 @@ def test_a_good_wiring_leads_to_the_alignment(c, starting):
     w.step(CALIBRATION_MS)
     wiring = w.axis.start.wiring
     wiring.along, wiring.ms = 3, 99
-    for k in range(3):
-        wiring.largest_q15[k] = wiring.own_q15[k] = w.axis.tuning.wiring_i_q15
+    show_wiring(wiring, w.axis.tuning.wiring_i_q15)
     w.step()
     assert w.axis.start.phase == ALIGN and cause(w) == "NONE"
 
@@ -141,8 +192,7 @@ def test_a_sensor_that_shows_nothing_in_every_second_sample_is_named(c, starting
     w.step(CALIBRATION_MS)
     wiring = w.axis.start.wiring
     wiring.along, wiring.ms, wiring.blind[2] = 3, 99, True
-    for k in range(3):
-        wiring.largest_q15[k] = wiring.own_q15[k] = w.axis.tuning.wiring_i_q15
+    show_wiring(wiring, w.axis.tuning.wiring_i_q15)
     w.step()
     assert cause(w) == "OPEN_PHASE" and w.axis.faults.detail[0] == 3
 
@@ -163,8 +213,7 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
         assert w.axis.start.phase == phase and w.axis.start.aligned and cause(w) == "NONE"
         wiring = w.axis.start.wiring
         wiring.along, wiring.ms = 3, 99
-        for k in range(3):
-            wiring.largest_q15[k] = wiring.own_q15[k] = w.axis.tuning.wiring_i_q15
+        show_wiring(wiring, w.axis.tuning.wiring_i_q15)
         w.fabric.adc.SEQUENCE += 20
         w.step()
         assert w.axis.start.phase == FOLLOW and not w.axis.start.unseen

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from unit.hall_bench import IDEAL
-from unit.test_axis_start import CALIBRATION_MS, WIRING, cause
+from unit.test_axis_start import CALIBRATION_MS, WIRING, cause, show_wiring
 from unit.test_current_loop import FULL
 from unit.test_state_machine import World
 
@@ -91,16 +91,15 @@ def test_without_a_state_that_there_is_it_does_not_start(c, state):
     assert cause(w) == "HALL_INVALID" and w.axis.faults.detail[0] == state and w.fabric.gate.CONTROL == 0
 
 
-@pytest.mark.parametrize("fault", ("OPEN_PHASE", "SENSOR_SIGN"))
+@pytest.mark.parametrize("fault", ("OPEN_PHASE", "SENSOR_SIGN", "SENSORS_EXCHANGED"))
 @pytest.mark.parametrize("turned, named", ((2, None), (3, "LOAD_TOO_HIGH"), (-3, "LOAD_TOO_HIGH")))
 def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, turned, named):
     """A third of a turn: test currents do not do that."""
     w = switched_on(c, wired=False)
     w.axis.hall.count = turned % TURN
     w.axis.start.wiring.along, w.axis.start.wiring.ms = 3, 1000
-    largest, own = ((0, 0, 0), (0, 0, 0)) if fault == "OPEN_PHASE" else ((9999,) * 3, (-9999,) * 3)
-    for n in range(3):
-        w.axis.start.wiring.largest_q15[n], w.axis.start.wiring.own_q15[n] = largest[n], own[n]
+    show_wiring(w.axis.start.wiring, *{"OPEN_PHASE": (0,), "SENSOR_SIGN": (-9999,),
+                                "SENSORS_EXCHANGED": (9999, ((1, 1), (2, 1), (0, 1)))}[fault])
     c.start_step(w.axis)
     assert cause(w) == (named or fault)
 
