@@ -82,6 +82,7 @@ static void step_thermal(struct axis *a)
 {
     if (thermal_sample(&a->thermal, &a->loop)) {
         thermal_update(&a->thermal, adc_temperature_code(&a->fabric->adc));
+        fault_warn_while(a, FAULT_TEMPERATURE_SENSOR, thermal_sensor_fails(&a->thermal));
     }
 }
 

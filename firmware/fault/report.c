@@ -17,6 +17,15 @@ void fault_warn(struct axis *a, enum fault cause)
     a->reports.warned[cause / 32u] |= 1u << (cause % 32u);
 }
 
+void fault_warn_while(struct axis *a, enum fault cause, bool lasts)
+{
+    if (lasts) {
+        fault_warn(a, cause);
+    } else {
+        a->reports.warned[cause / 32u] &= ~(1u << (cause % 32u));
+    }
+}
+
 bool fault_warned(const struct fault_reports *r, enum fault cause)
 {
     return ((r->warned[cause / 32u] >> (cause % 32u)) & 1u) != 0u;

@@ -28,6 +28,9 @@ void fault_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t de
 /* Only warns, whatever reaction is chosen. Slow loop. */
 void fault_warn(struct axis *a, enum fault cause);
 
+/* Warns as long as it lasts, off or on. Slow loop, again and again. */
+void fault_warn_while(struct axis *a, enum fault cause, bool lasts);
+
 /* True if a fault was a warning since `on`. Any context. */
 bool fault_warned(const struct fault_reports *r, enum fault cause);
 

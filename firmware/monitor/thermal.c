@@ -15,6 +15,10 @@
 #define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more cannot last until the next update */
 #define TOP_Q20           ((1 << 20) + (1 << 20) / 20)
 #define INVERTER_BAND_Q15 (Q15_ONE / 10)
+#define SENSOR_LEAST_CODE 16u /* what is nearer to an end of the range is no temperature */
+#define SENSOR_MOST_CODE  4079u
+#define SENSOR_FAR_Q4     (80 * 16) /* a model at rest in the cold: -40 degC */
+#define SENSOR_UPDATES    20u       /* two seconds */
 
 /* The fraction of the way to its final value that a body of this time constant covers per update; at most all of it. */
 static int32_t rate_q31(int32_t tau_ms)
@@ -108,10 +112,36 @@ static void update_inverter(struct thermal *th)
     }
 }
 
+static bool is_temperature(uint32_t sensor_code)
+{
+    return sensor_code >= SENSOR_LEAST_CODE && sensor_code <= SENSOR_MOST_CODE;
+}
+
+/* Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than no fan and a hot start do. */
+static bool is_far(const struct thermal *th, int32_t sensed_q4, int32_t model_q4)
+{
+    const int32_t far_q4 = q15_max(SENSOR_FAR_Q4, (th->winding_full_q4 + th->housing_full_q4) * 2 / 3);
+    return sensed_q4 < model_q4 - far_q4 || sensed_q4 > q15_max(model_q4 + far_q4, th->max_q4 + DERATE_Q4);
+}
+
+static void watch_sensor(struct thermal *th, uint32_t sensor_code, int32_t sensed_q4, int32_t model_q4)
+{
+    th->sensor_seen = th->sensor_seen || sensor_code != 0u;
+    const bool doubtful = th->sensor_seen && (!is_temperature(sensor_code) || is_far(th, sensed_q4, model_q4));
+    if (doubtful && th->doubts < SENSOR_UPDATES) {
+        th->doubts++;
+    } else if (!doubtful && th->doubts > 0u) {
+        th->doubts--;
+    }
+    th->sensor_fails = th->doubts == SENSOR_UPDATES || (th->sensor_fails && th->doubts > 0u);
+}
+
 static void update_limit(struct thermal *th, uint32_t sensor_code)
 {
-    const int32_t sensed_q4 = sensor_code == 0u ? 0 : (int32_t)sensor_code - ADC_TEMP_CODE_AT_0_C;
-    th->winding_q4 = q15_max(AMBIENT_Q4 + ((th->winding_q20 + th->housing_q20) >> 16), sensed_q4);
+    const int32_t model_q4 = AMBIENT_Q4 + ((th->winding_q20 + th->housing_q20) >> 16);
+    const int32_t sensed_q4 = (int32_t)sensor_code - ADC_TEMP_CODE_AT_0_C;
+    watch_sensor(th, sensor_code, sensed_q4, model_q4);
+    th->winding_q4 = is_temperature(sensor_code) ? q15_max(model_q4, sensed_q4) : model_q4;
     th->factor_q15 = factor_q15(th->max_q4 - th->winding_q4, DERATE_Q4);
     if (th->inverter_q10 != 0) {
         th->factor_q15 = q15_min(th->factor_q15, factor_q15((TOP_Q20 - th->inverter_q20) >> 5, INVERTER_BAND_Q15));

@@ -7,6 +7,9 @@
  * (copper: 1/(234.5 degC + T)). With a sensor, the warmer of model and sensor counts: the sensor lags a sudden overload, the
  * model does not see a blocked fan. Power stage: one body, I^2 t, settling at 1.0 at inverter_ma.
  *
+ * A sensor that shows what cannot be is told (thermal_sensor_fails()): that is lost, at an end of its range, or so far from the
+ * model that neither surroundings nor a supply that was off explain it. At an end of its range it does not count.
+ *
  * Over the last 10 K, or the last tenth, the current limit falls to zero. Beyond that is a fault.
  *
  * Heat survives a reset: the two rises are kept in RAM that a reset does not clear.
@@ -47,6 +50,9 @@ struct thermal {
     int32_t inverter_q20;             /* 1.0 = steady state at inverter_ma */
     int32_t winding_q4;               /* effective temperature, 1/16 degC */
     int32_t factor_q15;               /* of the current limit, 0...1.0 */
+    bool sensor_seen;                 /* one is fitted */
+    bool sensor_fails;
+    uint32_t doubts; /* updates in which the sensor showed what cannot be, less those in which it did not */
 };
 
 /* Restores what `memory` holds if it is valid, else starts cold. Thread, once; memory may be NULL. */
@@ -79,6 +85,12 @@ void thermal_step(struct thermal *th, const volatile struct current_loop *c, uin
 static inline int32_t thermal_i_limit_q15(const struct thermal *th, int32_t i_max_q15)
 {
     return (i_max_q15 * th->factor_q15) >> 15;
+}
+
+/* For two seconds the sensor has shown what cannot be, and not for as long what can. Any context. */
+static inline bool thermal_sensor_fails(const struct thermal *th)
+{
+    return th->sensor_fails;
 }
 
 /* Beyond their limits. Any context. */

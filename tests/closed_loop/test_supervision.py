@@ -109,6 +109,18 @@ def test_a_hot_winding_is_seen_by_its_sensor_and_stops_the_motor(tmp_path):
     assert "fault: over-temperature" in result.console
 
 
+@pytest.mark.parametrize("celsius", (-55, 300))
+def test_a_temperature_sensor_that_is_open_or_shorted_is_warned_of_until_it_is_mended(celsius, tmp_path):
+    """While off, too; the model protects, so nothing is too hot."""
+    steps = [{"t_s": 0.15, "event": "temperature_c", "args": [str(celsius)]}, {"t_s": 2.6, "console": "status"},
+             {"t_s": 2.7, "event": "temperature_c", "args": ["off"]}, {"t_s": 5.2, "console": "status"}]
+    result = simulate({"key": "sensor", "end_s": 5.3, "preamble_s": 0.05, "step": steps}, TEKNIC, out_dir=tmp_path,
+                      plant="ideal", spread=0)
+    broken, mended = result.console.split("> status")[1:]
+    assert result.console.split("> status")[0].count("warning: temperature sensor") == 1
+    assert broken.count("warning: temperature sensor") == 1 and "warning" not in mended and "fault:" not in result.console
+
+
 WARM = {"winding": ("OVERTEMPERATURE", {"winding_tau_s": 1, "winding_share_pct": 99, "t_max_c": 130}, "i_rated_ma"),
         "stage": ("INVERTER_OVERLOAD", {"inverter_tau_ms": 500}, "inverter_ma")}
 

@@ -7,6 +7,11 @@ import pytest
 SHARE, TAU_W, TAU_H, T_MAX, AMBIENT, ZERO = 0.4, 60, 1200, 130, 40, 235
 
 
+def code(celsius):
+    """Of a sensor that is there: docs/fabric.md, TEMP."""
+    return min(max(round(800 + 16 * celsius), 1), 4095)
+
+
 class Model:
     """What firmware/monitor/thermal.h says, solved in small steps."""
     def __init__(self):
@@ -75,6 +80,62 @@ def test_the_warmer_of_model_and_sensor_counts(warm):
     assert th.follow(0.2, 0.0, sensor=800 + 16 * 125) == 125
     assert th.thermal.factor_q15 == pytest.approx(16384, abs=2)
     assert th.follow(0.2, 0.0, sensor=0) == AMBIENT, "none is fitted"
+
+
+BROKEN = {"open": -55, "shorted": 300, "at the top of the range": 205, "colder than any place": -45}
+
+
+@pytest.mark.parametrize("celsius", BROKEN.values(), ids=BROKEN)
+def test_a_sensor_that_shows_what_cannot_be_is_told_and_the_model_protects(warm, celsius):
+    """As long as it does, and two seconds on; again when it comes again."""
+    th, fails = warm(), []
+    codes = {"right": code(40), "wrong": code(celsius)}
+    for shows in ("right", "wrong", "right", "wrong"):
+        for _ in range(3):
+            assert th.follow(1, 0.0, codes[shows]) == AMBIENT and th.thermal.factor_q15 == 32768
+            fails.append(th.thermal.sensor_fails)
+    assert fails == [False] * 3 + [False, True, True] + [True, False, False] + [False, True, True]
+
+
+def test_a_sensor_that_is_lost_is_told_and_one_that_never_was_is_not(warm):
+    """The fabric says 0 for none, and for one whose line is cut or shorted."""
+    th = warm()
+    th.follow(10, 0.0, 0)
+    assert not th.thermal.sensor_fails
+    th.follow(1, 0.0, code(25))
+    th.follow(3, 0.0, 0)
+    assert th.thermal.sensor_fails and th.thermal.winding_q4 / 16 == AMBIENT
+
+
+@pytest.mark.parametrize("t_max", (90, 130, 155))
+def test_a_sensor_far_from_the_model_is_told_and_surroundings_cooling_and_a_hot_start_are_not(warm, t_max):
+    cold, hot = (warm(t_max_c=t_max, winding_tau_s=1, housing_tau_s=1) for _ in range(2))
+    for celsius in (-39, 0, 60, t_max - 1):
+        cold.follow(5, 0.0, code(celsius))
+        assert not cold.thermal.sensor_fails, celsius
+    cold.follow(5, 0.0, code(max(t_max + 10, 121) + 2))
+    assert cold.thermal.sensor_fails and cold.thermal.factor_q15 == 0, "and it counts"
+    half = (t_max + AMBIENT) / 2
+    hot.follow(20, 1.0, code(half))
+    assert not hot.thermal.sensor_fails and hot.thermal.winding_q4 / 16 > t_max - 1
+    hot.follow(5, 1.0, code(-39))
+    assert hot.thermal.sensor_fails
+
+
+def test_the_warning_stands_as_long_as_the_sensor_fails_whether_on_or_off(c):
+    """In the status word's bit, the warnings' words, and for the console; `on` forgets no warning that lasts."""
+    axis, fabric = c.axis(), c.fabric()
+    c.drive_init(axis, fabric)
+    axis.fabric_doubt, axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
+    for celsius, warned in ((25, False), (-55, True), (25, False)):
+        fabric.adc.TEMP = code(celsius)
+        for _ in range(3000):
+            c.drive_step(axis)
+        assert c.fault_warned(axis.reports, c.FAULT_TEMPERATURE_SENSOR) == warned
+        c.fault_forget_warnings(axis.reports)
+        for _ in range(100):
+            c.drive_step(axis)
+        assert c.fault_warned(axis.reports, c.FAULT_TEMPERATURE_SENSOR) == warned
 
 
 def test_the_power_stage_has_a_body_of_its_own(warm):
