@@ -2,7 +2,7 @@
 /*
  * A page of the eNVM is programmed, and once more by hand, to see what happens meanwhile: B14. Two of its 1000 writes a run.
  *
- * It is the last page below the settings: in the region of images, which flashing erases anyway; this one does not reach so
+ * It is the last page below the settings of both axes: in the region of images, which flashing erases anyway; this one does not reach so
  * far, and no settings, certificates or protected pages are there, on any device that has 256 KB.
  */
 #include "drivers/bringup/bringup.h"
@@ -21,7 +21,8 @@ struct meanwhile {
 
 static uint32_t spare_page(void)
 {
-    return (uint32_t)(uintptr_t)link_settings_start - ENVM_ARRAY - ENVM_PAGE_BYTES;
+    const uint32_t of_an_axis = (uint32_t)((uintptr_t)link_settings_end - (uintptr_t)link_settings_start);
+    return (uint32_t)(uintptr_t)link_settings_start - of_an_axis - ENVM_ARRAY - ENVM_PAGE_BYTES;
 }
 
 static IN_ESRAM bool controller_is_ours(void)

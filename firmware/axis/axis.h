@@ -117,6 +117,8 @@ struct axis {
     struct retry retry;
     struct identify identify;
     struct nvm_cogging nvm_cogging;
+    bool
+        nvm_afresh; /* `defaults` was the last: a save carries nothing over that this image does not know. The thread's */
     struct switching switching;
     struct hall_watch hall_watch;
     struct lock_watch lock_watch;

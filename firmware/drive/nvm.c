@@ -40,6 +40,7 @@ struct outcome drive_defaults(struct axis *a)
         return outcome_of(ERROR_DRIVE_IS_ON);
     }
     params_init(&a->params);
+    a->nvm_afresh = true;
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         a->reactions.choice[cause] = fault_class((enum fault)cause)->initial;
     }

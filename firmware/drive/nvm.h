@@ -4,7 +4,8 @@
  * field's angle at the index, and the shaft's cogging. The last two need an index to mean anything, since the counter starts
  * wherever the rotor stands. docs/settings.md has the format.
  *
- * All of it by name: unknown stored records are skipped and counted; what is not stored keeps its initial value.
+ * All of it by name: stored records that this image does not know, or whose value its build leaves out, are skipped and counted,
+ * and the next save carries them over, for the image that wrote them; what is not stored keeps its initial value.
  */
 #ifndef FIRMWARE_DRIVE_NVM_H
 #define FIRMWARE_DRIVE_NVM_H
@@ -68,7 +69,10 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
 /* Whether drive_save() would be refused now; the eNVM may fail it even so. Thread. */
 struct outcome drive_may_save(const struct axis *a);
 
-/* Resets parameters and reactions to their initial values; storage stays. Refused while the bridge is on. Thread. */
+/*
+ * Resets parameters and reactions to their initial values; storage stays, but the next save carries nothing over. Refused while
+ * the bridge is on. Thread.
+ */
 struct outcome drive_defaults(struct axis *a);
 
 /* Puts a stored map into effect once the index is seen. Thread, whenever it has time. */
@@ -79,6 +83,12 @@ void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32);
 
 /* Checks a set for consistency as `on` does; `t` is then its tuning. Thread. */
 struct outcome nvm_check(const struct params *p, struct tuning *t);
+
+/*
+ * Whether this image has no use for a stored record; with `own`, whether a save of that axis carries it over: not where somebody has
+ * chosen another value here. Thread.
+ */
+bool nvm_is_foreign(const struct record *r, const struct axis *own);
 
 /* The name under which a fault's reaction is stored; NULL if the fault leaves no choice. */
 const char *nvm_name_of_fault(enum fault cause);

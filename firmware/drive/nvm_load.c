@@ -47,23 +47,15 @@ static void pass_over(struct nvm_report *k, const struct record *r)
     k->unknown++;
 }
 
-static enum error take_parameter(struct candidate *c, struct nvm_report *k, const struct record *r)
+static enum error take_parameter(struct candidate *c, const struct record *r)
 {
-    const struct param_info *const info = param_find(r->name);
-    if (info == NULL) {
-        pass_over(k, r);
-        return ERROR_NONE;
-    }
     if (r->value_bytes != 4u) {
         return ERROR_STORED_FORMAT;
     }
+    const struct param_info *const info = param_find(r->name);
     const int32_t value = record_word(r, 0);
     if (value < info->min || value > info->max) {
         return ERROR_STORED_RANGE;
-    }
-    if (features_allow(info, value).error != ERROR_NONE) {
-        pass_over(k, r);
-        return ERROR_NONE;
     }
     param_set(&c->params, info, value);
     const uint32_t row = (uint32_t)(info - param_table);
@@ -82,25 +74,54 @@ static enum fault fault_named(const char *name)
     return FAULT_COUNT;
 }
 
-static enum error take_reaction(struct candidate *c, struct nvm_report *k, const struct record *r)
+static enum error take_reaction(struct candidate *c, const struct record *r)
 {
     const enum fault cause = fault_named(r->name);
-    if (cause == FAULT_COUNT) {
-        pass_over(k, r);
-        return ERROR_NONE;
-    }
     if (r->value_bytes != 1u) {
         return ERROR_STORED_FORMAT;
-    }
-    if (fault_choice_is_absent(cause, (enum reaction)r->value[0])) {
-        pass_over(k, r);
-        return ERROR_NONE;
     }
     if (r->value[0] >= REACTION_COUNT || ((fault_class(cause)->allowed >> r->value[0]) & 1u) == 0u) {
         return ERROR_REACTION_NOT_ALLOWED;
     }
     c->choice[cause] = r->value[0];
     return ERROR_NONE;
+}
+
+/* What this image has instead is still what it begins with. */
+static bool parameter_is_foreign(const struct record *r, const struct params *own)
+{
+    const struct param_info *const info = param_find(r->name);
+    if (info == NULL || r->value_bytes != 4u) {
+        return info == NULL;
+    }
+    const int32_t value = record_word(r, 0);
+    const bool chosen = own != NULL && param_get(own, info) != info->initial;
+    return !chosen && value >= info->min && value <= info->max && features_allow(info, value).error != ERROR_NONE;
+}
+
+static bool reaction_is_foreign(const struct record *r, const struct reactions *own)
+{
+    const enum fault cause = fault_named(r->name);
+    if (cause == FAULT_COUNT || r->value_bytes != 1u) {
+        return cause == FAULT_COUNT;
+    }
+    const bool chosen = own != NULL && own->choice[cause] != fault_class(cause)->initial;
+    return !chosen && fault_choice_is_absent(cause, (enum reaction)r->value[0]);
+}
+
+bool nvm_is_foreign(const struct record *r, const struct axis *own)
+{
+    switch (r->kind) {
+    case RECORD_PARAMETER:
+        return parameter_is_foreign(r, own != NULL ? &own->params : NULL);
+    case RECORD_REACTION:
+        return reaction_is_foreign(r, own != NULL ? &own->reactions : NULL);
+    case RECORD_INDEX:
+    case RECORD_COGGING:
+        return own != NULL && !FEATURE_IN(ENCODER);
+    default:
+        return true;
+    }
 }
 
 static enum error take_cogging(struct candidate *c, const struct record *r)
@@ -119,11 +140,15 @@ static enum error take_cogging(struct candidate *c, const struct record *r)
 
 static enum error stored_take(struct candidate *c, struct nvm_report *k, const struct record *r)
 {
+    if (nvm_is_foreign(r, NULL)) {
+        pass_over(k, r);
+        return ERROR_NONE;
+    }
     switch (r->kind) {
     case RECORD_PARAMETER:
-        return take_parameter(c, k, r);
+        return take_parameter(c, r);
     case RECORD_REACTION:
-        return take_reaction(c, k, r);
+        return take_reaction(c, r);
     case RECORD_COGGING:
         return take_cogging(c, r);
     case RECORD_INDEX:
@@ -131,7 +156,6 @@ static enum error stored_take(struct candidate *c, struct nvm_report *k, const s
         c->index_offset_q32 = c->index_known ? (uint32_t)record_word(r, 0) : 0u;
         return c->index_known ? ERROR_NONE : ERROR_STORED_FORMAT;
     default:
-        pass_over(k, r);
         return ERROR_NONE;
     }
 }
@@ -179,6 +203,7 @@ struct outcome nvm_check(const struct params *p, struct tuning *t)
 static void stored_take_over(struct axis *a, const struct candidate *c)
 {
     a->params = c->params;
+    a->nvm_afresh = false;
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         a->reactions.choice[cause] = c->choice[cause];
     }

@@ -81,7 +81,7 @@ static void storing_put(struct saving *x, const void *bytes, uint32_t count)
     }
 }
 
-static void put_record(struct saving *x, enum record_kind kind, const char *name, const void *value, uint32_t bytes)
+static void put_record(struct saving *x, uint32_t kind, const char *name, const void *value, uint32_t bytes)
 {
     uint8_t head[RECORD_HEAD_BYTES];
     const uint32_t name_bytes = record_name_bytes(name);
@@ -108,6 +108,21 @@ static void put_reactions(struct saving *x)
         const char *const name = nvm_name_of_fault((enum fault)cause);
         if (name != NULL) {
             put_record(x, RECORD_REACTION, name, &x->axis->reactions.choice[cause], 1u);
+        }
+    }
+}
+
+/* What the newest slot has of another image, which may come back. */
+static void put_foreign(struct saving *x, const struct slots *s, const struct slots_view *view)
+{
+    if (!view->any || x->axis->nvm_afresh) {
+        return;
+    }
+    struct record_reader reader = records_read(slots_records(s, view->newest), view->records_bytes[view->newest]);
+    struct record r;
+    while (record_next(&reader, &r)) {
+        if (nvm_is_foreign(&r, x->axis)) {
+            put_record(x, r.kind, r.name, r.value, r.value_bytes);
         }
     }
 }
@@ -210,10 +225,12 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
         put_index(&x);
         dropped = put_cogging(&x);
     }
+    put_foreign(&x, s, &view);
     storing_finish(&x);
     *report = (struct saved){x.writer.slot, x.writer.number, x.worn, dropped};
     if (x.problem == ERROR_NONE && !is_stored(s, &x.writer)) {
         x.problem = ERROR_ENVM_VERIFY;
     }
+    a->nvm_afresh = a->nvm_afresh && x.problem != ERROR_NONE;
     return outcome_of(x.problem);
 }

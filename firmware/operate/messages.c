@@ -123,7 +123,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_STORED_FORMAT] = OF(SETTINGS, "a stored record has a form that this firmware does not know"),
     [ERROR_STORED_RANGE] = OF(SETTINGS, "a stored value is outside its range"),
     [ERROR_SAVE_WHILE_ON] = OF(SETTINGS, "settings are saved only while the drive is off: 'off' first"),
-    [ERROR_SAVE_FULL] = OF(SETTINGS, "the settings do not fit into their place in eNVM"),
+    [ERROR_SAVE_FULL] = OF(SETTINGS, "the settings do not fit into their place in eNVM; after 'defaults', 'save' drops "
+                                     "what other firmware has stored"),
     [ERROR_ENVM_CLOCK] = OF(SETTINGS, "nothing is programmed at a clock that is not right: see 'fault'"),
     [ERROR_ENVM_NOT_GRANTED] = OF(SETTINGS, "eNVM: something else in the device uses its controller; try again"),
     [ERROR_ENVM_TIMED_OUT] = OF(SETTINGS, "eNVM: programming a page did not end in time; try again"),

@@ -37,7 +37,7 @@ uint32_t record_name_bytes(const char *name)
     return bytes;
 }
 
-void record_head(uint8_t head[RECORD_HEAD_BYTES], enum record_kind kind, const char *name, uint32_t value_bytes)
+void record_head(uint8_t head[RECORD_HEAD_BYTES], uint32_t kind, const char *name, uint32_t value_bytes)
 {
     head[0] = (uint8_t)kind;
     head[1] = (uint8_t)record_name_bytes(name);

@@ -49,7 +49,7 @@ bool record_next(struct record_reader *r, struct record *found);
 int32_t record_word(const struct record *r, uint32_t place);
 
 /* The head of a record. */
-void record_head(uint8_t head[RECORD_HEAD_BYTES], enum record_kind kind, const char *name, uint32_t value_bytes);
+void record_head(uint8_t head[RECORD_HEAD_BYTES], uint32_t kind, const char *name, uint32_t value_bytes);
 
 uint32_t record_name_bytes(const char *name);
 

@@ -77,6 +77,25 @@ def test_the_least_build_is_within_its_budget_and_drives(tmp_path):
     assert not verdicts(simulate(build=build(MINIMAL), out_dir=tmp_path, **EXACT))
 
 
+KEPT = ("set home_turns 3", "set can_node 7", "set injection_mv 1000", "set overmodulation 50", "reaction encoder carry")
+
+
+def test_settings_of_the_whole_image_outlive_the_least_one_and_back(tmp_path):
+    """`save` there too, twice. What somebody chooses there counts."""
+    def live(features, *lines):
+        steps = [{"t_s": 0.02 + 0.03 * n, "console": line} for n, line in enumerate(lines)]
+        plan = {"title": "kept", "end_s": 0.1 + 0.03 * len(lines) + 0.15 * lines.count("save"), "step": steps}
+        return simulate(plan, build=build(features), out_dir=tmp_path / "run", envm=tmp_path / "envm", **EXACT).console
+
+    live(FEATURES, *KEPT, "set ramp_rpm_s 1234", "save")
+    for n in range(2):
+        console = live(MINIMAL, f"set stop_max_ms {3000 + n}", "save")
+        assert f"{len(KEPT)} stored records are unknown to this firmware and were passed over" in console and "ok\nslot" in console
+    changed = live(FEATURES, "get --changed", "reaction")
+    assert all(f"\n{line}\n" in changed for line in (*KEPT[:-1], "set ramp_rpm_s 1234", "set stop_max_ms 3001")), changed
+    assert "encoder: carry" in changed and "unknown to this firmware" not in changed
+
+
 ERRORS = re.findall(r"^    (ERROR_\w+) = ", (ROOT / "firmware/settings/error.h").read_text(), re.MULTILINE)
 REFUSAL, STORE, MODE, REACTIONS, ERROR_OF_ENCODER, CARRY = 0x2B, 0xC0, 1, 0x400, 7, 3
 PROFILE_POSITION = 1

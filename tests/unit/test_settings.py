@@ -122,6 +122,42 @@ def test_an_older_set_with_other_names(drive, c):
     assert drive.kept.missing == len(names(c)) - 2
 
 
+FOREIGN = [(PARAMETER, "newer_row_ma", number(-5)), (REACTION, "a_later_fault", b"\x01"), (99, "later_kind", b"abc"),
+           (PARAMETER, "another", number(7) * 3)]
+
+
+@pytest.mark.parametrize("saves", (1, 2, 5))
+def test_what_a_larger_image_has_stored_outlives_saves_of_a_smaller_one(drive, saves):
+    drive.put(1, slot([record(PARAMETER, "ramp_rpm_s", number(777)), *(record(*one) for one in FOREIGN)], 41))
+    for n in range(saves):
+        assert drive.restart() == "NONE" and drive.kept.unknown == len(FOREIGN)
+        drive.set(stop_max_ms=200 + n)
+        assert drive.save() == "NONE"
+    save, stored = parse(bytes(drive.raw(drive.saved.slot)))
+    assert save == 41 + saves and stored.items() >= {(kind, name): value for kind, name, value in FOREIGN}.items()
+    assert stored[PARAMETER, "ramp_rpm_s"] == number(777) and stored[PARAMETER, "stop_max_ms"] == number(199 + saves)
+
+
+def test_defaults_and_save_make_a_clean_store(drive):
+    drive.put(0, slot([record(*one) for one in FOREIGN], 41))
+    assert drive.restart() == "NONE"
+    assert drive.c.drive_defaults(drive.axis).error == 0
+    drive.set(ramp_rpm_s=5)
+    assert drive.save() == "NONE" and drive.restart() == "NONE"
+    assert (drive.kept.unknown, drive.axis.params.ramp_rpm_s) == (0, 5)
+    drive.put(0, slot([record(*one) for one in FOREIGN], 99))
+    assert drive.c.drive_defaults(drive.axis).error == 0 and drive.load() == "NONE", "`load` takes `defaults` back"
+    assert drive.save() == "NONE" and drive.restart() == "NONE" and drive.kept.unknown == len(FOREIGN)
+
+
+def test_what_does_not_fit_beside_is_not_dropped_in_silence(drive):
+    much = [(PARAMETER, f"newer_row_{n:020}", number(n)) for n in range(100)]
+    drive.put(1, slot([record(*one) for one in much], 41))
+    assert drive.restart() == "NONE" and drive.save() == "SAVE_FULL"
+    assert drive.restart() == "NONE" and drive.kept.unknown == len(much), "the set before is still there"
+    assert drive.c.drive_defaults(drive.axis).error == 0 and drive.save() == "NONE"
+
+
 REFUSED = {
     "below its range": ([record(PARAMETER, "learn_rpm", number(0))], "STORED_RANGE", b"learn_rpm"),
     "above its range": ([record(PARAMETER, "learn_rpm", number(101))], "STORED_RANGE", b"learn_rpm"),
