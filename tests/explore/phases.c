@@ -32,7 +32,7 @@ PHASE(enum calibration_result, calibration_step, (struct calibration * k, struct
       CALIBRATION_DONE, CALIBRATION_OUT_OF_RANGE, CALIBRATION_DONE, CALIBRATION_DONE)
 PHASE(enum wiring_result, wiring_step,
       (struct wiring * w, volatile struct current_loop *c, const struct tuning *t, const struct adc_regs *adc),
-      (w, c, t, adc), WIRING_GOOD, WIRING_OPEN, WIRING_SIGN, WIRING_SIGN)
+      (w, c, t, adc), WIRING_GOOD, WIRING_OPEN, WIRING_SIGN, WIRING_EXCHANGED)
 PHASE(enum alignment_result, alignment_step,
       (struct alignment * m, volatile struct current_loop *c, const struct tuning *t, uint32_t latched),
       (m, c, t, latched), ALIGNMENT_DONE, ALIGNMENT_LOAD, ALIGNMENT_ENCODER_DEAD, ALIGNMENT_COUNTS)
