@@ -45,15 +45,16 @@ static int32_t share_q14(const struct speed_estimate *e)
     return share == 1 << 14 ? share : q15_max(share / 2, (1 << 14) / SLOWEST);
 }
 
+/* A change from one way to the other may be farther than 32 bits reach. */
 static int32_t rpm_q16(const struct tuning *t, int32_t units)
 {
-    return (int32_t)(((int64_t)units * t->rpm_per_unit_q20) >> 20);
+    return scale_clamp(((int64_t)units * t->rpm_per_unit_q20) >> 20, -INT32_MAX, INT32_MAX);
 }
 
 int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_loop *s, const struct turns *turns,
                       const struct tuning *t, const struct interval *limits)
 {
-    const int32_t next_speed = (int32_t)(next_ref - p->ref);
+    const int32_t next_speed = position_speed(next_ref - p->ref);
     const bool moving = next_speed != 0 || p->ref_speed != 0;
     p->error = p->ref - position_of_shaft(turns, &s->estimate, t, moving);
     p->error_counts = scale_clamp(position_counts(p->error, t), INT32_MIN, INT32_MAX);

@@ -19,6 +19,8 @@
 #include "firmware/control/turns.h"
 #include "firmware/settings/tuning.h"
 
+#define POSITION_SPEED_MOST 8000000
+
 struct position_loop {
     int64_t ref;          /* where the shaft should be now */
     int32_t ref_speed;    /* units a millisecond, in the millisecond ending now */
@@ -41,6 +43,12 @@ static inline int64_t position_of_counts(int64_t counts, const struct tuning *t)
 static inline int64_t position_counts(int64_t position, const struct tuning *t)
 {
     return position >> t->profile.shift;
+}
+
+/* Units a millisecond, at most twice speed_max: the profile's sums have 31 bits. Any context. */
+static inline int32_t position_speed(int64_t units)
+{
+    return scale_clamp(units, -POSITION_SPEED_MOST, POSITION_SPEED_MOST);
 }
 
 /* Begins at a reference and its speed, with no following error counted. Slow loop, or while it is masked. */

@@ -24,6 +24,9 @@
 
 #include "firmware/settings/tuning.h"
 
+/* A target's distance at most; at the largest speed that is nine years. */
+#define PROFILE_FARTHEST (1LL << 60)
+
 struct profile {
     int64_t target;
     int64_t position; /* after the average: where the shaft should be */
@@ -44,7 +47,7 @@ struct profile {
 /* Begins at a position and speed, as if it had long had that speed. Slow loop, or while it is masked: about 400 cycles. */
 void profile_begin(struct profile *p, const struct tuning_profile *t, int64_t position, int32_t speed);
 
-/* Sets the target from the next step on. Range: any distance below 2^62 units. Slow loop, or while it is masked. */
+/* Sets the target from the next step on. Range: PROFILE_FARTHEST from `position`. Slow loop, or while it is masked. */
 static inline void profile_aim(struct profile *p, int64_t target)
 {
     p->target = target;

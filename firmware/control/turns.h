@@ -26,6 +26,12 @@ static inline void turns_follow(struct turns *t, int32_t moved, uint32_t count)
     t->counts += moved;
 }
 
+/* The position nearest to `near` whose lower 32 bits are `counts`: hosts show and send no more of them. Any context. */
+static inline int64_t turns_nearest(int64_t near, int32_t counts)
+{
+    return near + (int32_t)((uint32_t)counts - (uint32_t)near);
+}
+
 /* The position with counter value `count` that is less than half a turn from here. Any context. */
 int64_t turns_at(const struct turns *t, uint32_t count, int32_t turn);
 

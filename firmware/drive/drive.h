@@ -24,7 +24,7 @@ struct drive_status {
     uint64_t up_ms;
     uint32_t mode; /* enum axis_mode */
     bool homed;
-    int64_t position, target; /* counts; target and error only in modes with a position reference */
+    int32_t position, target; /* counts, lower 32 bits; target and error only in modes with a position reference */
     int32_t error_counts;
 };
 

@@ -5,13 +5,10 @@
 #include "firmware/drive/mode.h"
 #include "lib/q15.h"
 
-#define UNITS_MOST 8000000 /* twice speed_max: the profile's sums have 31 bits */
-
 /* The present reference speed, in the profile's units. A 64-bit division. */
 static int32_t units_of_rpm_q16(const struct tuning *t, int32_t rpm_q16)
 {
-    const int64_t units = (int64_t)rpm_q16 * (1 << 20) / t->rpm_per_unit_q20;
-    return units > UNITS_MOST ? UNITS_MOST : (units < -UNITS_MOST ? -UNITS_MOST : (int32_t)units);
+    return position_speed((int64_t)rpm_q16 * (1 << 20) / t->rpm_per_unit_q20);
 }
 
 /* The shaft's position at the next step, at the speed loop's reference speed. */
@@ -64,13 +61,16 @@ static void pp_enter(struct axis *a)
     m->aimed = false;
 }
 
-/* A relative one counts from the last target, the first from the shaft. */
+/* A relative one counts from the last target, the first from the shaft; no sum of them is farther than nine years away. */
 static void pp_aim(struct axis *a, const struct set_point *s)
 {
     struct motion *const m = &a->motion;
-    const int64_t from = m->aimed ? position_counts(m->profile.target, &a->tuning) : m->turns.counts;
+    const int64_t here = position_counts(m->profile.position, &a->tuning);
+    const int64_t most = PROFILE_FARTHEST >> a->tuning.profile.shift;
+    const int64_t last = m->aimed ? position_counts(m->profile.target, &a->tuning) : m->turns.counts;
+    const int64_t way = (s->relative ? last : turns_nearest(here, s->value)) + s->by - here;
     m->aimed = true;
-    profile_aim(&m->profile, position_of_counts((s->relative ? from : 0) + s->value, &a->tuning));
+    profile_aim(&m->profile, position_of_counts(here + (way > most ? most : way < -most ? -most : way), &a->tuning));
 }
 
 /* What of a speed is in the direction of another one, at most the other. */
@@ -111,8 +111,10 @@ static const struct set_point *pp_step(struct axis *a)
 const struct mode mode_position = {
     .needs_encoder = true, .check = pp_check, .enter = pp_enter, .aim = pp_aim, .step = pp_step};
 
-static bool beyond(int64_t way, int64_t most)
+/* Of 32 bits that wrap. */
+static bool beyond(int64_t to, int64_t from, int32_t most)
 {
+    const int32_t way = (int32_t)((uint32_t)to - (uint32_t)from);
     return way > most || way < -most;
 }
 
@@ -130,9 +132,9 @@ static struct outcome csp_check(const struct axis *a, int32_t counts)
                                ? (waiting->second ? waiting->first : waiting->value)
                            : continues ? position_counts(a->motion.cyclic.target, t)
                                        : here;
-    const int64_t most = (int64_t)a->params.speed_max_rpm * t->encoder_counts * t->cyclic_ms / 60000;
-    if (beyond(counts - before, most) || beyond(counts - here, 2 * most)) {
-        return (struct outcome){ERROR_BEYOND_CYCLE, (int32_t)(most > INT32_MAX ? INT32_MAX : most)};
+    const int32_t most = (int32_t)((int64_t)a->params.speed_max_rpm * t->encoder_counts * t->cyclic_ms / 60000);
+    if (beyond(counts, before, most) || beyond(counts, here, 2 * most)) {
+        return (struct outcome){ERROR_BEYOND_CYCLE, most};
     }
     return OUTCOME_OK;
 }
@@ -147,7 +149,8 @@ static void csp_enter(struct axis *a)
 
 static void csp_aim(struct axis *a, const struct set_point *s)
 {
-    mode_aim_cyclic(a, s, position_of_counts(s->value, &a->tuning));
+    const int64_t before = position_counts(a->motion.cyclic.target, &a->tuning);
+    mode_aim_cyclic(a, s, position_of_counts(turns_nearest(before, s->value), &a->tuning));
 }
 
 static const struct set_point *csp_step(struct axis *a)

@@ -5,18 +5,12 @@
 #include "firmware/drive/requests.h"
 #include "firmware/settings/features.h"
 
-/* Two relative ones before a step are as far as both. */
-static int32_t sum_of(int32_t x, int32_t y)
-{
-    const int64_t sum = (int64_t)x + y;
-    return sum > INT32_MAX ? INT32_MAX : (sum < INT32_MIN ? INT32_MIN : (int32_t)sum);
-}
-
 static void leave_in_mailbox(struct axis *a, struct set_point *s)
 {
     const struct set_point *const before = &a->set_point;
     if (s->relative && before->waits && before->mode == s->mode) {
-        s->value = sum_of(before->value, s->value);
+        s->by += before->by; /* two relative ones before a step are as far as both */
+        s->value = before->value;
         s->relative = before->relative;
     }
     s->at = adc_sequence(&a->fabric->adc);
@@ -76,7 +70,10 @@ struct outcome drive_command_current(struct axis *a, int32_t milliamp)
 
 struct outcome drive_command_position(struct axis *a, int32_t counts, bool relative)
 {
-    return post(a, &(struct set_point){.mode = AXIS_MODE_POSITION, .value = counts, .relative = relative});
+    return post(a, &(struct set_point){.mode = AXIS_MODE_POSITION,
+                                       .value = relative ? 0 : counts,
+                                       .relative = relative,
+                                       .by = relative ? counts : 0});
 }
 
 struct outcome drive_command_cyclic_position(struct axis *a, int32_t counts)

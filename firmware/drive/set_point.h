@@ -16,8 +16,9 @@ struct axis;
 struct set_point {
     volatile bool waits;
     uint8_t mode;          /* enum axis_mode */
-    int32_t value;         /* rpm, mA, counts, or an enum homing_method */
-    bool relative;         /* counts: to the last target, or to the shaft */
+    int32_t value;         /* rpm, mA, an enum homing_method; or counts, of which there are more bits in the drive */
+    bool relative;         /* pp: from the last target, or the shaft, not to `value`; in any case so far beyond: */
+    int64_t by;            /* counts */
     bool second;           /* of a cyclic mode: the one before waits, too */
     int32_t first;         /* its value, */
     uint32_t at, first_at; /* and the conversions at which they came */

@@ -13,9 +13,9 @@
 
 static void put_position(struct text *out, const struct drive_status *now)
 {
-    text_print(out, "mode: %s, position: %lld", message_of_mode(now->mode), (long long)now->position);
+    text_print(out, "mode: %s, position: %d", message_of_mode(now->mode), now->position);
     if (axis_mode_is_position(now->mode)) {
-        text_print(out, ", target %lld, following error %d", (long long)now->target, now->error_counts);
+        text_print(out, ", target %d, following error %d", now->target, now->error_counts);
     }
     text_print(out, " counts%s\n", now->homed ? ", homed" : "");
 }

@@ -19,7 +19,8 @@
     X(0x0000, 0x604000, U16, RW, control_word, "", "commands to the state machine", w->setpoints.control_word) \
     X(0x0001, 0x606000, I8, RW, mode, "", "1 pp, 3 pv, 4 tq, 6 hm, 8 csp, 9 csv, 10 cst", w->setpoints.mode) \
     X(0x0002, 0x60FF00, I32, RW, target_velocity, "rpm", "of pv and csv; at most speed_max_rpm", w->setpoints.target_rpm) \
-    X(0x0004, 0x607A00, I32, RW, target_position, "counts", "of pp and csp", w->setpoints.target_counts) \
+    X(0x0004, 0x607A00, I32, RW, target_position, "counts", "of pp and csp; the nearest place with these bits", \
+      w->setpoints.target_counts) \
     X(0x0006, 0x607100, I16, RW, target_torque, "0.1 %", "of tq and cst; of i_rated_ma, at most i_max_ma", \
       w->setpoints.target_torque_pm) \
     X(0x0007, 0x609800, I8, RW, homing_method, "", "34 index, -1 mechanical block, both towards home_rpm; 37 here", \

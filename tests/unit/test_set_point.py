@@ -47,7 +47,7 @@ def test_the_sum_does_not_wrap(c, far):
     w = Drive(c, rpm=0)
     c.drive_command_position(w.axis, far, True)
     c.drive_command_position(w.axis, far, True)
-    assert w.axis.set_point.value == far
+    assert w.axis.set_point.by == 2 * far
 
 
 @pytest.mark.parametrize("stop", ("quick_stop", "switch_off"))
