@@ -48,6 +48,7 @@ _Static_assert(sizeof(struct can_regs) == 0x620, "the block's size");
 #define CAN_INT_RX_STORED       (1u << 12)
 #define CAN_STATE_AT            16u
 #define CAN_COMMAND_RUN         (1u << 0)
+#define CAN_CONFIG_SJW_AT       2u
 #define CAN_CONFIG_AUTO_RESTART (1u << 4)
 #define CAN_CONFIG_TSEG2_AT     5u
 #define CAN_CONFIG_TSEG1_AT     8u

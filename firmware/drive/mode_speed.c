@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "firmware/drive/mode.h"
+#include "firmware/settings/scale.h"
 
 static struct outcome pv_check(const struct axis *a, int32_t rpm)
 {
@@ -35,10 +36,10 @@ static void csv_aim(struct axis *a, const struct set_point *s)
 static const struct set_point *csv_step(struct axis *a)
 {
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic, a->loop.loops_per_slow);
+    const int32_t moved_q16 = scale_clamp(a->motion.cyclic.moved, -INT32_MAX, INT32_MAX);
     struct interval room;
     const int32_t known_q15 = mode_room_beside_known(a, &room);
-    modes_request_torque(
-        a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, (int32_t)a->motion.cyclic.moved, &room));
+    modes_request_torque(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, moved_q16, &room));
     return NULL;
 }
 

@@ -57,7 +57,7 @@ static void watch_axis(struct canopen *c, uint32_t n)
 {
     const struct axis *const a = c->drives[n].axis;
     const uint32_t cause = a->faults.cause;
-    const bool waits = (canopen_now_ms(c) - c->emergency_ms) * 10u < c->emergency_inhibit;
+    const bool waits = canopen_since_ms(c, &c->emergency_ms) * 10u < c->emergency_inhibit;
     if (waits || c->state == NMT_STOPPED || (a->faults.count == c->faults[n] && cause == c->fault[n])) {
         return;
     }

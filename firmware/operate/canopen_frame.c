@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/canopen_parts.h"
 
+#define OLDEST_MS 100000u /* more than any time of the bus, 65 535 ms; ten times that fits */
+
 void canopen_open(struct canopen *c, int32_t kbit_s)
 {
     uint32_t rate = (uint32_t)kbit_s;
@@ -58,6 +60,16 @@ uint32_t canopen_get(const uint8_t *bytes, uint32_t count)
 uint32_t canopen_now_ms(const struct canopen *c)
 {
     return c->drives[0].axis->time_ms;
+}
+
+uint32_t canopen_since_ms(const struct canopen *c, uint32_t *then_ms)
+{
+    const uint32_t since_ms = canopen_now_ms(c) - *then_ms;
+    if (since_ms <= OLDEST_MS) {
+        return since_ms;
+    }
+    *then_ms += since_ms - OLDEST_MS;
+    return OLDEST_MS;
 }
 
 uint32_t canopen_bytes(enum object_type type)

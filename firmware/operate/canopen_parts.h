@@ -45,6 +45,8 @@ void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t 
 void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count); /* the least significant byte first */
 uint32_t canopen_get(const uint8_t *bytes, uint32_t count);
 uint32_t canopen_now_ms(const struct canopen *c);
+/* Since then; `then_ms` follows what is older than the longest time that a master can set, so that no wrap makes it new. */
+uint32_t canopen_since_ms(const struct canopen *c, uint32_t *then_ms);
 uint32_t canopen_bytes(enum object_type type);
 /* Two's complement of so many bits. */
 int32_t canopen_signed(uint32_t value, enum object_type type);

@@ -164,10 +164,9 @@ void canopen_pdo_sync(struct canopen *c)
 
 void canopen_pdo_step(struct canopen *c)
 {
-    const uint32_t now_ms = canopen_now_ms(c);
     for (uint32_t n = 0; n < CANOPEN_PDOS_EACH; n++) {
         struct canopen_pdo *const p = &c->tpdo[n];
-        const uint32_t since_ms = now_ms - p->sent_ms;
+        const uint32_t since_ms = canopen_since_ms(c, &p->sent_ms);
         if (!exists(p) || is_synchronous(p) || since_ms * 10u < p->inhibit) {
             continue;
         }
