@@ -196,7 +196,7 @@ static enum error read_records(struct candidate *c, const struct slots *s, struc
 struct outcome nvm_check(const struct params *p, struct tuning *t)
 {
     const struct outcome problem = tuning_compute(p, t);
-    return problem.error == ERROR_NONE ? tuning_check_emf(p) : problem;
+    return problem.error == ERROR_NONE ? tuning_check_motor(p) : problem;
 }
 
 /* The index counts in the encoder scale in effect: the set's scale comes first. Slow loop held. */

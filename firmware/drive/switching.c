@@ -17,7 +17,7 @@ static struct outcome switching_tune(struct axis *a)
     a->switching.tuning = a->tuning;
     struct outcome problem = tuning_compute(&a->params, &a->switching.tuning);
     if (problem.error == ERROR_NONE) {
-        problem = tuning_check_emf(&a->params);
+        problem = tuning_check_motor(&a->params);
     }
     return problem;
 }

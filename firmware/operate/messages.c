@@ -10,10 +10,11 @@
 static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_NONE] = "ok",
     [ERROR_CURRENT_GAIN] =
-        "current gain out of range: ld_uh, lq_uh or current_bw_hz too large for v_range_mv/i_range_ma",
+        "current gain out of range: ld_uh, lq_uh and the apparent ones can be at most @ uH with this current_bw_hz and "
+        "v_range_mv/i_range_ma",
     [ERROR_CURRENT_INTEGRAL_GAIN] =
-        "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma",
-    [ERROR_DECOUPLING] = "decoupling out of range: ld_uh, lq_uh or flux_uwb too large for v_range_mv and i_range_ma",
+        "integral gain out of range: a resistance_mohm of @ would fit current_bw_hz and v_range_mv/i_range_ma",
+    [ERROR_DECOUPLING] = "decoupling out of range: flux_uwb can be at most @ uWb with this v_range_mv",
     [ERROR_I_TRIP_BEYOND_RANGE] =
         "i_trip_ma must be at most 95 % of i_range_ma, @ mA, or the sensor clips before it trips",
     [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, @ mA, to leave room for overshoot",
@@ -39,12 +40,17 @@ static const char *const error_texts[ERROR_COUNT] = {
         "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_ENCODER_COARSE] = "encoder_counts is too small for pole_pairs: at least @, or another angle_source",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
-    [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
+    [ERROR_SPEED_GAIN] = "speed gain out of range: an inertia_gmm2 of @ would fit flux_uwb, speed_bw_hz and i_range_ma",
+    [ERROR_LD_APPARENT] = "ld_apparent_uh must be at most 8 times ld_uh, @ uH; or 0: the same",
+    [ERROR_LQ_APPARENT] = "lq_apparent_uh must be at most 8 times lq_uh, @ uH; or 0: the same",
+    [ERROR_LQ_REST] = "lq_rest_uh must be at most 16 times lq_uh, @ uH; or 0: the same",
+    [ERROR_INERTIA] = "inertia_gmm2 takes more than 5 minutes from 0 to speed_max_rpm with i_max_ma: at most @ g mm2 "
+                      "(1 kg cm2 is 100000)",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
     [ERROR_ALREADY_ON] = "the drive is on already",
     [ERROR_BUS_LOW] = "the bus voltage is below v_min_mv, @ mV; see 'status'",
     [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv, @ mV; see 'status'",
-    [ERROR_TURNING] = "the motor is turning; wait until it stands still",
+    [ERROR_TURNING] = "the motor is turning; wait until it stands still, or brake it; angle_source 1 and 2 catch it",
     [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
     [ERROR_NO_FAULT] = "no fault is latched",
     [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",

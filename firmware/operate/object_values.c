@@ -184,7 +184,8 @@ static __attribute__((noinline)) bool go_together(const struct object_change *c,
         return true;
     }
     struct tuning unused = a->tuning;
-    return tuning_compute(&c->params, &unused).error == ERROR_NONE && tuning_check_emf(&c->params).error == ERROR_NONE;
+    return tuning_compute(&c->params, &unused).error == ERROR_NONE &&
+           tuning_check_motor(&c->params).error == ERROR_NONE;
 }
 
 static enum object_refusal judge_change(const struct object_change *c, const struct axis *a)

@@ -12,9 +12,9 @@
 enum error {
     ERROR_NONE = 0,
     /* inconsistent parameters */
-    ERROR_CURRENT_GAIN = 1,                /* a smaller current_bw_hz, inductances of one phase, the ranges */
+    ERROR_CURRENT_GAIN = 1,                /* inductances of one phase in uH, or a smaller current_bw_hz */
     ERROR_CURRENT_INTEGRAL_GAIN = 2,       /* the resistance of one phase, or another current_bw_hz */
-    ERROR_DECOUPLING = 3,                  /* inductances and flux in uH and uWb, or the ranges of the power stage */
+    ERROR_DECOUPLING = 3,                  /* the flux in uWb, or another power stage */
     ERROR_SPEED_GAIN = 4,                  /* inertia_gmm2 of rotor and load, flux_uwb; another speed_bw_hz */
     ERROR_I_TRIP_BEYOND_RANGE = 5,         /* a smaller i_trip_ma */
     ERROR_I_MAX_BEYOND_TRIP = 6,           /* a smaller i_max_ma or a larger i_trip_ma */
@@ -55,9 +55,9 @@ enum error {
     ERROR_DRIVE_IS_ON = 39,   /* `off` first */
     ERROR_BUSY = 40,          /* the same again, a millisecond later */
     /* conditions at the time of the request */
-    ERROR_BUS_LOW = 41,              /* the supply, or v_min_mv */
-    ERROR_BUS_HIGH = 42,             /* the supply, or v_max_mv */
-    ERROR_TURNING = 43,              /* wait, or close the brake */
+    ERROR_BUS_LOW = 41,  /* the supply, or v_min_mv */
+    ERROR_BUS_HIGH = 42, /* the supply, or v_max_mv */
+    ERROR_TURNING = 43,  /* wait, close the brake; or angle_source 1 or 2, whose start catches a turning rotor */
     ERROR_BEYOND_SPEED_MAX = 44,     /* a smaller speed, or a larger speed_max_rpm */
     ERROR_BEYOND_I_MAX = 45,         /* a smaller current, or a larger i_max_ma */
     ERROR_BEYOND_CYCLE = 46,         /* smaller steps, or a larger cyclic_ms */
@@ -118,6 +118,11 @@ enum error {
     ERROR_SCOPE_ELSEWHERE = 93, /* `axis` with this axis' number first: the scope goes with it */
     ERROR_IDENTIFY_BESIDE = 94, /* wait for its end, or the other axis off */
     ERROR_CATCHES_BESIDE = 95,  /* wait until the other axis operates */
+    /* parameters of the motor that do not fit each other */
+    ERROR_LD_APPARENT = 96, /* both d inductances of one phase at rated current, or 0 */
+    ERROR_LQ_APPARENT = 97, /* both q inductances of one phase at rated current, or 0 */
+    ERROR_LQ_REST = 98,     /* both q inductances of one phase, or 0 */
+    ERROR_INERTIA = 99,     /* inertia_gmm2 of rotor and load: 1 kg cm2 is 100000 g mm2; a smaller speed_max_rpm */
     ERROR_COUNT
 };
 

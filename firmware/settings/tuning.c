@@ -32,6 +32,13 @@ static struct outcome first_of(const struct inconsistency *list, size_t count)
     return OUTCOME_OK;
 }
 
+/*
+ * Inductances of the same iron: by how much saturation at rated current may bring the incremental ones below flux over
+ * current, and below those without current. Motors with measured maps have 3.8 and 6.8 (qemu/motors/thor_pmsyrm.toml).
+ */
+#define APPARENT_MOST 8LL
+#define REST_MOST     16LL
+
 static struct outcome check_limits(const struct params *p)
 {
     const int64_t trip_most_ma = p->i_range_ma * 95LL / 100;
@@ -49,6 +56,9 @@ static struct outcome check_limits(const struct params *p)
         {p->speed_max_rpm >= p->overspeed_rpm, ERROR_SPEED_MAX_BEYOND_OVERSPEED, p->overspeed_rpm - 1},
         {p->v_min_mv < p->v_range_mv / 4, ERROR_V_MIN_BELOW_MODULATOR, p->v_range_mv / 4},
         {p->overspeed_rpm > rpm_most, ERROR_SPEED_BEYOND_OBSERVER, rpm_most},
+        {p->ld_apparent_uh > APPARENT_MOST * p->ld_uh, ERROR_LD_APPARENT, APPARENT_MOST * p->ld_uh},
+        {p->lq_apparent_uh > APPARENT_MOST * p->lq_uh, ERROR_LQ_APPARENT, APPARENT_MOST * p->lq_uh},
+        {p->lq_rest_uh > REST_MOST * p->lq_uh, ERROR_LQ_REST, REST_MOST * p->lq_uh},
     };
     return first_of(list, sizeof list / sizeof list[0]);
 }
@@ -126,25 +136,28 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
 
 struct outcome tuning_compute(const struct params *p, struct tuning *t)
 {
-    const struct outcome limits = check_limits(p);
-    const struct outcome found = limits.error != ERROR_NONE ? limits : check_sampling(p);
-    enum error problem = found.error;
-    if (problem == ERROR_NONE) {
+    struct outcome found = check_limits(p);
+    if (found.error == ERROR_NONE) {
+        found = check_sampling(p);
+    }
+    if (found.error == ERROR_NONE) {
         tuning_rates(p, t);
         tune_limits(p, t);
-        problem = tuning_current(p, t);
+        found = tuning_current(p, t);
     }
-    if (problem == ERROR_NONE) {
-        problem = tuning_speed(p, t);
+    if (found.error == ERROR_NONE) {
+        found = tuning_torque(p, t);
     }
-    if (problem != ERROR_NONE) {
-        return (struct outcome){problem, found.value};
+    if (found.error == ERROR_NONE) {
+        found = tuning_speed(p, t);
     }
-    tuning_torque(p, t);
+    if (found.error != ERROR_NONE) {
+        return found;
+    }
     tuning_position(p, t);
     tuning_start(p, t);
     struct hall_table hall;
-    problem = FEATURE_IN(HALL) ? hall_table_of(p, &hall) : ERROR_NONE;
+    enum error problem = FEATURE_IN(HALL) ? hall_table_of(p, &hall) : ERROR_NONE;
     if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_HALL) {
         return outcome_of(problem);
     }

@@ -161,9 +161,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t);
 
 /*
  * Checks that the bus stays below v_max if the bridge goes off at overspeed_rpm and the diodes rectify the EMF: sqrt(3) w psi
- * between two phases, peak. Skipped if the parameters allow more. Thread.
+ * between two phases, peak. Skipped if the parameters allow more. And that i_max turns the inertia up to speed_max within five
+ * minutes: a unit mistaken for another is beyond that. Thread, of parameters with a tuning.
  */
-struct outcome tuning_check_emf(const struct params *p);
+struct outcome tuning_check_motor(const struct params *p);
 
 /* A reactance of the tuning at a speed w <= 1.0, per unit. Any context. */
 static inline int32_t tuning_reactance_q11(int32_t w_q15, int32_t x_q11)

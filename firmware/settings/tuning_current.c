@@ -17,8 +17,26 @@
 #define Q15_UNITY        32768
 #define GAIN_LIMIT       32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 #define KP_LIMIT         131071
+#define RESISTANCE_MOST  100000 /* of the parameter */
 
 _Static_assert((int64_t)KP_LIMIT *(CONFIG_BUS_STEPS / 8) <= INT32_MAX, "the current loop multiplies kp with so much");
+
+static int64_t larger_of(int64_t x, int64_t y)
+{
+    return x > y ? x : y;
+}
+
+static int32_t largest_uh(const struct params *p)
+{
+    return (int32_t)larger_of(p->ld_uh, p->lq_uh);
+}
+
+/* Ki Ts: mohm are 1e-3 ohm, 2 pi has 3 decimals more. */
+static int64_t integral(const struct params *p, const struct tuning *t, int32_t resistance_mohm)
+{
+    return scale((int64_t)resistance_mohm * p->current_bw_hz * p->i_range_ma, TWO_PI_E9 * (1 << 17) / 1000000,
+                 (int64_t)p->v_range_mv * t->loop_hz * 1000000);
+}
 
 /* The reactance w L as a fraction of v_range/i_range, times `one`: uH are 1e-6 H, 2 pi has 6 decimals more. */
 static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t frequency_hz, int64_t one)
@@ -27,23 +45,22 @@ static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t 
                  p->v_range_mv * 1000000000000LL);
 }
 
-static enum error tune_current_gains(const struct params *p, struct tuning *t)
+static struct outcome tune_current_gains(const struct params *p, struct tuning *t)
 {
     const int64_t kp_d = reactance(p, p->ld_uh, p->current_bw_hz, 1 << 12);
     const int64_t kp_q = reactance(p, p->lq_uh, p->current_bw_hz, 1 << 12);
     if (kp_d > KP_LIMIT || kp_q > KP_LIMIT) {
-        return ERROR_CURRENT_GAIN;
+        return tuning_instead(ERROR_CURRENT_GAIN, largest_uh(p), KP_LIMIT - 1, larger_of(kp_d, kp_q));
     }
-    /* Ki Ts: mohm are 1e-3 ohm, 2 pi has 3 decimals more */
-    const int64_t ki = scale((int64_t)p->resistance_mohm * p->current_bw_hz * p->i_range_ma,
-                             TWO_PI_E9 * (1 << 17) / 1000000, (int64_t)p->v_range_mv * t->loop_hz * 1000000);
+    const int64_t ki = integral(p, t, p->resistance_mohm);
     if (ki > GAIN_LIMIT || ki < 1) {
-        return ERROR_CURRENT_INTEGRAL_GAIN;
+        return tuning_instead(ERROR_CURRENT_INTEGRAL_GAIN, RESISTANCE_MOST, ki < 1 ? 1 : GAIN_LIMIT - 1,
+                              integral(p, t, RESISTANCE_MOST));
     }
     t->kp_d_q12 = (int32_t)kp_d;
     t->kp_q_q12 = (int32_t)kp_q;
     t->ki_q17 = (int32_t)ki;
-    return ERROR_NONE;
+    return OUTCOME_OK;
 }
 
 /*
@@ -64,7 +81,7 @@ static void tune_iron(const struct params *p, struct tuning *t)
     }
 }
 
-static enum error tune_decoupling(const struct params *p, struct tuning *t)
+static struct outcome tune_decoupling(const struct params *p, struct tuning *t)
 {
     const int64_t x_d = reactance(p, p->ld_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
     const int64_t x_q = reactance(p, p->lq_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
@@ -73,15 +90,21 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
     const int64_t emf =
         scale((int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 * 4096 / 1000, p->v_range_mv * 1000000000LL);
     const int64_t r = scale(p->resistance_mohm, 4096LL * p->i_range_ma, 1000LL * p->v_range_mv);
-    if (x_d > REACTANCE_LIMIT || x_q > REACTANCE_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
-        return ERROR_DECOUPLING;
+    if (x_d > REACTANCE_LIMIT || x_q > REACTANCE_LIMIT) {
+        return tuning_instead(ERROR_CURRENT_GAIN, largest_uh(p), REACTANCE_LIMIT - 1, larger_of(x_d, x_q));
+    }
+    if (emf > GAIN_LIMIT) {
+        return tuning_instead(ERROR_DECOUPLING, p->flux_uwb, GAIN_LIMIT - 1, emf);
+    }
+    if (r > GAIN_LIMIT) {
+        return tuning_instead(ERROR_CURRENT_INTEGRAL_GAIN, p->resistance_mohm, GAIN_LIMIT - 1, r);
     }
     t->x_q_apparent_q11 = scale_clamp(apparent, 0, REACTANCE_LIMIT);
     t->x_d_q11 = (int32_t)x_d;
     t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
     t->r_q12 = (int32_t)r;
-    return ERROR_NONE;
+    return OUTCOME_OK;
 }
 
 /*
@@ -92,7 +115,8 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
 static void tune_ripple(const struct params *p, struct tuning *t)
 {
     const int32_t least_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
-    const int64_t q10 = scale(p->v_range_mv * 147801669LL, 1, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma);
+    const int64_t q10 = scale_clamp(
+        scale(p->v_range_mv * 147801669LL, 1, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma), 0, INT32_MAX);
     const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max over sqrt(3) */
     t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : scale_clamp(q10, 0, GAIN_LIMIT);
 }
@@ -105,12 +129,12 @@ void tuning_rates(const struct params *p, struct tuning *t)
     t->loop_counts = CONFIG_PWM_COUNTS / t->samples;
 }
 
-enum error tuning_current(const struct params *p, struct tuning *t)
+struct outcome tuning_current(const struct params *p, struct tuning *t)
 {
-    const enum error problem = tune_current_gains(p, t);
+    const struct outcome problem = tune_current_gains(p, t);
     t->update = (enum pwm_update)p->pwm_update;
     t->delay_halves = delay_halves(t->update, t->samples);
     tune_ripple(p, t);
     tune_iron(p, t);
-    return problem != ERROR_NONE ? problem : tune_decoupling(p, t);
+    return problem.error != ERROR_NONE ? problem : tune_decoupling(p, t);
 }

@@ -18,6 +18,8 @@
 #define KI       92479822LL
 #define ACCEL_E6 585635317037LL
 
+#define INERTIA_MOST 2100000000LL /* of the parameter */
+
 /* While edges are far apart, one count of lag weighs this part of i_max. */
 #define COUNT_WEIGHS 100
 
@@ -44,19 +46,32 @@ static int32_t friction_q15(const struct params *p, const struct tuning *t, int6
     return scale_clamp(scale(p->friction_unm, FRICTION, flux_current_e3), 0, t->i_max_q15 / FRICTION_MOST_PART);
 }
 
-static enum error tune_speed_gains(const struct params *p, struct tuning *t)
+static int64_t kp_of(const struct params *p, int64_t inertia_gmm2, int64_t flux_current_e3)
 {
-    const int64_t flux_nwb = p->pole_pairs * mtpa_flux_nwb(p);
-    if (flux_nwb > INT64_MAX / p->i_range_ma) {
-        return ERROR_SPEED_GAIN;
-    }
-    const int64_t flux_current_e3 = flux_nwb * p->i_range_ma;
+    return scale(inertia_gmm2 * p->speed_bw_hz, KP_E3, flux_current_e3);
+}
+
+static int64_t accel_of(int64_t inertia_gmm2, int64_t flux_current_e3)
+{
+    return scale(inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current_e3);
+}
+
+/* The nearest inertia whose gains fit. */
+static struct outcome another_inertia(const struct params *p, bool more, int64_t flux_current_e3)
+{
+    const int64_t kp = kp_of(p, INERTIA_MOST, flux_current_e3), accel = accel_of(INERTIA_MOST, flux_current_e3);
+    return tuning_instead(ERROR_SPEED_GAIN, INERTIA_MOST, more ? 1 : INT32_MAX - 1LL, more || kp > accel ? kp : accel);
+}
+
+static struct outcome tune_speed_gains(const struct params *p, struct tuning *t)
+{
+    const int64_t flux_current_e3 = p->pole_pairs * mtpa_flux_nwb(p) * p->i_range_ma; /* below 2^62: tuning_torque() */
     const int64_t inertia_hz = (int64_t)p->inertia_gmm2 * p->speed_bw_hz;
-    const int64_t kp = scale(inertia_hz, KP_E3, flux_current_e3);
+    const int64_t kp = kp_of(p, p->inertia_gmm2, flux_current_e3);
     const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current_e3);
-    const int64_t accel = scale(p->inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current_e3);
+    const int64_t accel = accel_of(p->inertia_gmm2, flux_current_e3);
     if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
-        return ERROR_SPEED_GAIN;
+        return another_inertia(p, kp < 1, flux_current_e3);
     }
     const int64_t edges = p->angle_source == PARAM_ANGLE_HALL ? 6 * p->pole_pairs : p->encoder_counts;
     const int64_t ki_min = scale(t->i_max_q15 * edges, 65536LL * 2048, COUNT_WEIGHS * TURN_TRAVEL);
@@ -68,13 +83,13 @@ static enum error tune_speed_gains(const struct params *p, struct tuning *t)
     t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;
     t->ramp_q16 = (int32_t)scale(p->ramp_rpm_s, 65536, CONFIG_SLOW_HZ);
-    return ERROR_NONE;
+    return OUTCOME_OK;
 }
 
-enum error tuning_speed(const struct params *p, struct tuning *t)
+struct outcome tuning_speed(const struct params *p, struct tuning *t)
 {
-    const enum error problem = tune_speed_gains(p, t);
-    if (problem == ERROR_NONE) {
+    const struct outcome problem = tune_speed_gains(p, t);
+    if (problem.error == ERROR_NONE) {
         tune_estimate(p, t);
     }
     return problem;

@@ -67,6 +67,8 @@ def drawn(draw):
     p["pwm_update"], p["pwm_samples"] = draw.choice(((0, 1), (1, 1), (2, 1), (1, 2), (2, 2)))
     p["low_side_shunts"] = 2 - p["pwm_samples"]
     p["overmodulation"] *= p["pwm_samples"] - 1
+    p.update({key: min(p[key], most * p[of]) for key, most, of in (
+        ("ld_apparent_uh", 8, "ld_uh"), ("lq_apparent_uh", 8, "lq_uh"), ("lq_rest_uh", 16, "lq_uh"))})
     p["modulator_osr"] = 0 if p["low_side_shunts"] else draw.choice((0, 32, 64, 128))
     return p
 
@@ -185,13 +187,15 @@ def test_any_parameters(c):
         error, _, tuning = compute(c, p)
         seen[error] = seen.get(error, 0) + 1
         value = exact(c, p)
-        fits = {"ERROR_CURRENT_GAIN": max(value["kp_d_q12"], value["kp_q_q12"]) < 131071.5,
-                "ERROR_CURRENT_INTEGRAL_GAIN": 0.5 <= value["ki_q17"] < 32767.5,
-                "ERROR_DECOUPLING": max(value["x_d_q11"], value["x_q_q11"]) < 131071.5
-                                    and max(value["emf_q12"], value["r_q12"]) < 32767.5,
-                "ERROR_SPEED_GAIN": (value["speed_kp_q16"] >= 0.5
-                                     and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31)}
-        misfit = next((name for name in REFUSED_FOR_GAINS if not fits[name]), None)
+        torque_emf_q11 = 2 * PI * BASE_HZ * Fraction(c.mtpa_flux_nwb(struct(c, p)), 10**6 * p["v_range_mv"]) * 2048
+        fits = (("ERROR_CURRENT_GAIN", max(value["kp_d_q12"], value["kp_q_q12"]) < 131071.5),
+                ("ERROR_CURRENT_INTEGRAL_GAIN", 0.5 <= value["ki_q17"] < 32767.5),
+                ("ERROR_CURRENT_GAIN", max(value["x_d_q11"], value["x_q_q11"]) < 131071.5),
+                ("ERROR_DECOUPLING", value["emf_q12"] < 32767.5), ("ERROR_CURRENT_INTEGRAL_GAIN", value["r_q12"] < 32767.5),
+                ("ERROR_CURRENT_GAIN", torque_emf_q11 < 65535.5),
+                ("ERROR_SPEED_GAIN", (value["speed_kp_q16"] >= 0.5
+                                      and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31)))
+        misfit = next((name for name, fitting in fits if not fitting), None)
         if error in REFUSED_BEFORE:
             continue
         assert (error if error in REFUSED_FOR_GAINS else None) == misfit, p

@@ -17,7 +17,7 @@ def tuned(c, **told):
     """(error's name, struct tuning) of the current loop alone."""
     params, tuning = struct(c, {**shipped(), **BASE, **told}), c.tuning()
     c.tuning_rates(params, tuning)
-    error = c.tuning_current(params, tuning)
+    error = c.tuning_current(params, tuning).error
     return next(name for name, number in c.enums["error"].items() if number == error), tuning
 
 
@@ -32,10 +32,10 @@ def last_that_fits(c, name, told, low=1, high=2**31 - 1):
 @pytest.mark.parametrize("field, name, told, most, error", [
     ("kp_d_q12", "ld_uh", {}, 131071, "ERROR_CURRENT_GAIN"), ("kp_q_q12", "lq_uh", {}, 131071, "ERROR_CURRENT_GAIN"),
     ("ki_q17", "resistance_mohm", {}, LARGEST, "ERROR_CURRENT_INTEGRAL_GAIN"),
-    ("x_d_q11", "ld_uh", {"current_bw_hz": 300}, 131071, "ERROR_DECOUPLING"),
-    ("x_q_q11", "lq_uh", {"current_bw_hz": 300}, 131071, "ERROR_DECOUPLING"),
+    ("x_d_q11", "ld_uh", {"current_bw_hz": 300}, 131071, "ERROR_CURRENT_GAIN"),
+    ("x_q_q11", "lq_uh", {"current_bw_hz": 300}, 131071, "ERROR_CURRENT_GAIN"),
     ("emf_q12", "flux_uwb", {}, LARGEST, "ERROR_DECOUPLING"),
-    ("r_q12", "resistance_mohm", {"current_bw_hz": 90}, LARGEST, "ERROR_DECOUPLING")])
+    ("r_q12", "resistance_mohm", {"current_bw_hz": 90}, LARGEST, "ERROR_CURRENT_INTEGRAL_GAIN")])
 def test_the_last_value_that_fits_is_the_formats_largest(c, field, name, told, most, error):
     value = last_that_fits(c, name, told)
     fits = getattr(tuned(c, **{**told, name: value})[1], field)

@@ -132,7 +132,7 @@ def test_magnets_that_would_charge_the_bus(c, overspeed, told, fits):
     params = c.params()
     c.params_init(params)
     params.overspeed_rpm, params.emf_beyond_v_max = overspeed, told
-    outcome = c.tuning_check_emf(params)
+    outcome = c.tuning_check_motor(params)
     assert outcome.error == (c.ERROR_NONE if fits else c.ERROR_EMF_BEYOND_V_MAX)
     assert fits or outcome.value == 7759
 
