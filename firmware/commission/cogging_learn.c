@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/commission/cogging_learn.h"
 
+#include "firmware/settings/scale.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define RUN_UP_SHARE 8  /* of a turn, until the speed is steady */
-#define LEAST_SHARE  20 /* of the largest harmonic: anything smaller is noise */
+#define RUN_UP_SHARE 8         /* of a turn, until the speed is steady */
+#define LEAST_SHARE  20        /* of the largest harmonic: anything smaller is noise */
+#define JERKED_Q19   (1 << 29) /* no current accelerates so much: the encoder jumped */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
 {
@@ -47,8 +49,8 @@ static int32_t way_q7(const struct speed_estimate *e, int32_t direction)
 static struct cogging_sample sample_of(const struct cogging_learn *l, const struct speed_estimate *e,
                                        int32_t torque_q15, int32_t direction, const struct tuning *t)
 {
-    const int32_t change_q16 = (e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
-    const int32_t accelerating_q19 = (int32_t)(((int64_t)t->speed_accel_q8 * change_q16) >> 20);
+    const int64_t change_q16 = ((int64_t)e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
+    const int32_t accelerating_q19 = scale_clamp((t->speed_accel_q8 * change_q16) >> 20, -JERKED_Q19, JERKED_Q19);
     return (struct cogging_sample){
         .angle_q32 = l->angle_q32,
         .torque_q19 = (torque_q15 + l->torque_q15) * 8 - accelerating_q19,

@@ -165,14 +165,14 @@ static enum oscillation_says judge_ring(struct oscillation *o, int32_t i_max_q12
 
 static enum oscillation_says listen_to_shaft(struct oscillation *o, int32_t seen_q12, int32_t i_max_q12)
 {
-    const int32_t moved_q12 = seen_q12 - o->seen_q12;
+    const int32_t moved_q12 = q15_clamp(seen_q12 - o->seen_q12, -INT16_MAX, INT16_MAX);
     o->seen_q12 = seen_q12;
     o->steps++;
     if (o->steps <= DEAF_MS) {
         o->tone = (struct tone){.before = {moved_q12, o->tone.before[0]}};
         return OSCILLATION_NOTHING;
     }
-    tone_add(&o->tone, q15_clamp(moved_q12, -INT16_MAX, INT16_MAX));
+    tone_add(&o->tone, moved_q12);
     return o->steps < LISTEN_MS ? OSCILLATION_NOTHING : judge_ring(o, i_max_q12);
 }
 

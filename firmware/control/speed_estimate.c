@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_estimate.h"
 
+#include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
 #define MS_CLOCKS       100000u /* of 10 ns */
@@ -9,8 +10,8 @@
 #define OFFSET_MOST_Q16 32768   /* half a count too early or too late: the speed has changed, nothing is learned */
 #define OFFSET_SHIFT    6       /* 1/64 of it is applied */
 #define EDGES_LEARNED   32      /* in a step; beyond, their places are already learned */
-#define MAX_Q15         (1 << 30) /* 32768 rpm, or its travel in a millisecond */
-#define BOUND_Q8        288       /* an eighth over a count: edges are slightly out of place */
+#define MAX_Q15         ((1 << 30) - 1) /* 32768 rpm, or its travel in a millisecond: twice that fits */
+#define BOUND_Q8        288             /* an eighth over a count: edges are slightly out of place */
 #define FAST_RPM_Q15    (15000 * 32768)
 
 struct reading {
@@ -51,7 +52,7 @@ static int32_t counts_moved(const struct speed_estimate *e, uint32_t count, int3
 static int32_t limited_shift(int64_t x, uint32_t shift)
 {
     const int32_t high = (int32_t)(x >> 32);
-    const int32_t most = MAX_Q15 >> (32u - shift);
+    const int32_t most = (1 << 30) >> (32u - shift);
     return high >= most ? MAX_Q15 : (high < -most ? -MAX_Q15 : (int32_t)(x >> shift));
 }
 
@@ -167,19 +168,19 @@ void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *en
     if (age > SPEED_ESTIMATE_CLOCKS_LOST || e->lost) {
         e->lost = true;
         e->speed_rpm_q15 = 0;
-        e->travel_q15 = turned_q15; /* and the travel beyond the edge stays */
+        e->travel_q15 = q15_clamp(turned_q15, -MAX_Q15, MAX_Q15); /* and the travel beyond the edge stays */
     } else {
         const int32_t beyond_q15 = travel_in_q15(e->speed_rpm_q15, age);
-        e->travel_q15 = turned_q15 - e->beyond_q15 + beyond_q15;
+        e->travel_q15 = scale_clamp((int64_t)turned_q15 - e->beyond_q15 + beyond_q15, -MAX_Q15, MAX_Q15);
         e->beyond_q15 = beyond_q15;
     }
 }
 
 void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
-    e->speed_rpm_q15 = speed_rpm_q15;
+    e->speed_rpm_q15 = q15_clamp(speed_rpm_q15, -MAX_Q15, MAX_Q15);
     e->moved = 0;
-    e->travel_q15 = travel_q15;
+    e->travel_q15 = q15_clamp(travel_q15, -MAX_Q15, MAX_Q15);
     e->interval_clocks = clocks;
     e->beyond_q15 = 0;
     e->lost = true;

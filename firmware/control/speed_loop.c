@@ -95,7 +95,7 @@ int32_t speed_loop_before_q29(const struct speed_loop *s, bool answered_backward
 {
     const int32_t growth_q29 = answer_q29(s, (s->ref_rpm_q16 >> 1) - s->estimate.travel_q15, s->ki_q16);
     const bool grew = !s->at_limit || (growth_q29 > 0) == answered_backwards;
-    return grew ? s->integral_q29 - growth_q29 : s->integral_q29;
+    return grew ? scale_clamp((int64_t)s->integral_q29 - growth_q29, -2 * ONE_Q29, 2 * ONE_Q29 - 1) : s->integral_q29;
 }
 
 int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)

@@ -11,13 +11,14 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define V_D_REST     64 /* of v_d, kept back */
-#define LAST         (WEAKENING_NODES - 1)
-#define ROWS_ABOVE   (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
-#define FLUX_LIMIT   (1 << 21)  /* 64 v_range at the base speed */
-#define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: the step that distinguishes growing torque from falling */
-#define HALF_TURN    (1u << 31)
-#define QUARTER_TURN (1u << 30)
+#define V_D_REST         64 /* of v_d, kept back */
+#define LAST             (WEAKENING_NODES - 1)
+#define ROWS_ABOVE       (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
+#define FLUX_LIMIT       (1 << 21) /* 64 v_range at the base speed */
+#define CURRENT_MOST_Q15 (1 << 20)
+#define ANGLE_STEP       (1u << 20) /* a third of 1/4096 turn: the step that distinguishes growing torque from falling */
+#define HALF_TURN        (1u << 31)
+#define QUARTER_TURN     (1u << 30)
 
 struct point {
     int64_t i_d_q15, i_q_q15;
@@ -68,14 +69,20 @@ static struct weakening_machine machine_of(const struct params *p, const struct 
     return m;
 }
 
+/* Far beyond i_max, what a flux through hardly any inductance takes: its square has to fit. */
+static int64_t seen(int64_t i_q15)
+{
+    return scale_clamp(i_q15, -CURRENT_MOST_Q15, CURRENT_MOST_Q15);
+}
+
 /* A flux vector, `angle` from the magnets' axis towards q: its currents and torque. */
 static struct point point_of(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
 {
     const cossin_t cs = cossin_q15(angle);
     const int64_t flux_d_q15 = ((int64_t)flux_q15 * cs.cos) >> 15;
     const int64_t flux_q_q15 = ((int64_t)flux_q15 * cs.sin) >> 15;
-    struct point p = {.i_d_q15 = (flux_d_q15 - m->magnet_q15) * (1 << 19) / m->x_d_q19,
-                      .i_q_q15 = flux_q_q15 * (1 << 19) / m->x_q_q19};
+    struct point p = {.i_d_q15 = seen((flux_d_q15 - m->magnet_q15) * (1 << 19) / m->x_d_q19),
+                      .i_q_q15 = seen(flux_q_q15 * (1 << 19) / m->x_q_q19)};
     p.product_q30 = flux_d_q15 * p.i_q_q15 - flux_q_q15 * p.i_d_q15;
     return p;
 }

@@ -79,7 +79,7 @@ void field_watch_step(struct axis *a)
     const int32_t now = is_away(&v, a->loop.vbus_q15) ? MISSING : tells ? points(w, &v) : THERE;
     w->out = q15_max(w->out + now, 0);
     if (w->out >= FIELD_WATCH_POINTS) {
-        fault_report(a, FAULT_OUT_OF_STEP, w->q_q4 * 100 / q15_max(w->expected_q4, 1),
-                     a->loop.flux.margin_q8 * 10 / 256);
+        const int32_t percent = scale_clamp(100LL * w->q_q4 / q15_max(w->expected_q4, 1), INT32_MIN, INT32_MAX);
+        fault_report(a, FAULT_OUT_OF_STEP, percent, a->loop.flux.margin_q8 * 10 / 256);
     }
 }

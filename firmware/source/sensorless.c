@@ -265,7 +265,7 @@ static void field_takes_over(struct axis *a)
     a->sensorless.sees = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
     current_loop_adopt(c, a->fabric, &a->tuning);
-    a->speed.ref_rpm_q16 = tuning_rpm_q15(&a->tuning, c->pll.speed_q32) * 2;
+    a->speed.ref_rpm_q16 = scale_clamp(2LL * tuning_rpm_q15(&a->tuning, c->pll.speed_q32), -INT32_MAX, INT32_MAX);
 }
 
 /* The rotor follows the ramp: its speed change is fed forward and need not show in the angle first. */

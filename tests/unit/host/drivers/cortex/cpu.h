@@ -55,7 +55,7 @@ static inline void cpu_wait_for_interrupt(void)
 
 static inline void cpu_add(volatile int32_t *word, int32_t summand)
 {
-    *word += summand;
+    *word = (int32_t)((uint32_t)*word + (uint32_t)summand); /* wraps, as the core's instruction does */
 }
 
 static inline void cpu_dsb(void)
