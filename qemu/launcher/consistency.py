@@ -11,13 +11,20 @@ lie within 7 %), and narrow enough for flux in the wrong unit, poles for pole pa
     EMF         of rated speed and vbus_v / sqrt(3): up to 2.5 times. A motor for 48 V on a 24 V supply is slow, not wrong
     DROP        resistance_ohm * rated_current_a and vbus_v / sqrt(3): less
     RISE_K      winding above ambient at rated current by a thermal_resistance_k_w that is given: up to 250 K
+    START_S     bare rotor from 0 to rated speed with rated torque: shipped and drawn motors take 3 to 330 ms
+    LOSS        heat of rated current by rated torque times rated speed: 1.3 to 340 %
+    TAU_S       ld_h by resistance_ohm: 5 us to 190 ms
+    REACTANCE   w lq_h rated_current_a at rated speed by vbus_v / sqrt(3): up to 1.3
+    SLOW        speed that the bus gives at rated torque by rated_speed_rpm: up to 3.5; beyond SLOW it is only asked about
 """
 import math
 
 from .errors import LauncherError
+from .rules import FRICTION_BY_RULE, speed_of_bus_rpm
 from .saturation import flux_at_rest
 
 TORQUE, PUBLISHED, MAP, EMF, RISE_K = 1.35, 0.2, 0.1, 2.5, 250.0
+START_S, LOSS, TAU_S, REACTANCE, SLOW = (2e-4, 5.0), 2e-3, 1e-6, 3.0, 5.0
 LEAST_FLUX_WB = 1e-6
 RPM = math.pi / 30
 
@@ -42,6 +49,7 @@ def check_motor(motor):
     _check_published(motor)
     _check_map(motor)
     _check_heat(motor)
+    _check_units(motor)
 
 
 def most_torque_nm(pole_pairs, flux_wb, saliency_h, current_a):
@@ -125,6 +133,32 @@ def _check_heat(motor):
             f" thermal_resistance_k_w {100 / loss_w:.2g} would give 100 K")
 
 
+def _check_units(motor):
+    """Milli and micro, g cm2 and kg cm2: of a value that is thousands of times off others tell."""
+    electrical, rating, inertia_kgm2 = motor["electrical"], motor["rating"], motor["mechanical"]["inertia_kgm2"]
+    rated_rad_s, current_a = rating["rated_speed_rpm"] * RPM, rating["rated_current_a"]
+    start_s = inertia_kgm2 * rated_rad_s / rating["rated_torque_nm"]
+    if not START_S[0] <= start_s <= START_S[1]:
+        least, most = (limit / start_s * inertia_kgm2 for limit in START_S)
+        raise LauncherError(
+            f"{motor.where}: [mechanical] inertia_kgm2 {inertia_kgm2:g}: rated_torque_nm {rating['rated_torque_nm']:g} takes"
+            f" {start_s:.3g} s to bring the bare rotor to rated_speed_rpm {rating['rated_speed_rpm']:g}: {least:.2g} to"
+            f" {most:.2g} kg m2 would fit (1 kg cm2 is 1e-4, 1 g cm2 is 1e-7 kg m2)")
+    resistance_ohm, power_w = electrical["resistance_ohm"], rating["rated_torque_nm"] * rated_rad_s
+    loss_w = 1.5 * resistance_ohm * current_a**2
+    if loss_w < LOSS * power_w:
+        raise LauncherError(
+            f"{motor.where}: 1.5 * resistance_ohm {resistance_ohm:g} * rated_current_a {current_a:g}^2 = {loss_w:.3g} W of"
+            f" {power_w:.3g} W at rated speed and torque: no winding loses so little; at least"
+            f" {resistance_ohm * LOSS * power_w / loss_w:.2g} ohm would fit")
+    for key in ("ld_h", "lq_h"):
+        if electrical[key] < TAU_S * resistance_ohm:
+            raise LauncherError(
+                f"{motor.where}: {key} {electrical[key]:g} by resistance_ohm {resistance_ohm:g} is"
+                f" {electrical[key] / resistance_ohm * 1e6:.2g} us: no winding is so quick; at least"
+                f" {TAU_S * resistance_ohm:.2g} H or at most {electrical[key] / TAU_S:.3g} ohm would fit")
+
+
 def check_voltage(motor, inverter):
     """Raises if the bus cannot be the one that the ratings are meant for."""
     electrical, rating, bus_v = motor["electrical"], motor["rating"], inverter["supply"]["vbus_v"]
@@ -135,9 +169,28 @@ def check_voltage(motor, inverter):
         raise LauncherError(
             f"{motor.where}: resistance_ohm {electrical['resistance_ohm']:g} * rated_current_a {rating['rated_current_a']:g} ="
             f" {drop_v:.3g} V, but {gives} a phase: less than {phase_v / rating['rated_current_a']:.3g} ohm would fit")
+    reactive_v = electrical["lq_h"] * rating["rated_current_a"] * electrical["pole_pairs"] * rating["rated_speed_rpm"] * RPM
+    if reactive_v > REACTANCE * phase_v:
+        raise LauncherError(
+            f"{motor.where}: at rated_speed_rpm {rating['rated_speed_rpm']:g} lq_h {electrical['lq_h']:g} * rated_current_a"
+            f" {rating['rated_current_a']:g} * pole_pairs {electrical['pole_pairs']} takes {reactive_v:.3g} V a phase, but"
+            f" {gives}: at most {electrical['lq_h'] * REACTANCE * phase_v / reactive_v:.2g} H would fit")
     if emf_v > EMF * phase_v:
         raise LauncherError(
             f"{motor.where}: at rated_speed_rpm {rating['rated_speed_rpm']:g} flux_wb {electrical['flux_wb']:g} * pole_pairs"
             f" {electrical['pole_pairs']} induces {emf_v:.3g} V a phase, but {gives}: a bus of"
             f" {emf_v * math.sqrt(3):.3g} V, {rating['rated_speed_rpm'] * phase_v / emf_v:.3g} rpm or flux_wb"
             f" {electrical['flux_wb'] * phase_v / emf_v:.2g} would fit")
+
+
+def asked_about(motor, inverter):
+    """Lines for the report: what no contradiction decides."""
+    rated_rpm, bus_rpm = motor["rating"]["rated_speed_rpm"], speed_of_bus_rpm(motor, inverter)
+    lines = []
+    if bus_rpm > SLOW * rated_rpm:
+        lines.append(f"rated_speed_rpm {rated_rpm:g}: the bus of {inverter.key} gives {bus_rpm:.3g} rpm at rated torque; is it"
+                     f" in rpm? From rad/s it were {rated_rpm / RPM:.4g}")
+    if motor.sources["mechanical"].get("friction_coulomb_nm") == FRICTION_BY_RULE:
+        lines.append(f"friction_coulomb_nm {motor['mechanical']['friction_coulomb_nm']:.3g} by rule, 1 % of rated torque: the"
+                     " file has none")
+    return lines

@@ -15,7 +15,7 @@ from .consistency import check_motor
 from .errors import LauncherError, choice, instead
 from .lot import is_lot, lot_files, lots_of
 from .paths import INVERTERS, MOTORS, REPO, SENSORS, shown
-from .rules import MAX_SHARE, TRIP_SHARE, control_by_rule, inertia_ratio_by_rule, most_a
+from .rules import FRICTION_BY_RULE, MAX_SHARE, TRIP_SHARE, control_by_rule, friction_by_rule, inertia_ratio_by_rule, most_a
 from .saturation import saturation_of
 from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
 from .spread import START_ANGLE, Spread
@@ -131,6 +131,9 @@ def load_motor(name):
     if load["inertia_ratio"] is BY_RULE:
         load["inertia_ratio"] = inertia_ratio_by_rule(motor)
         motor.sources["load"]["inertia_ratio"] = "by rule: qemu/launcher/rules.py"
+    if motor["mechanical"]["friction_coulomb_nm"] is BY_RULE:
+        motor["mechanical"]["friction_coulomb_nm"] = friction_by_rule(motor)
+        motor.sources["mechanical"]["friction_coulomb_nm"] = FRICTION_BY_RULE
     if electrical["lq_h"] < electrical["ld_h"] * 0.5:
         raise LauncherError(f"{where}: lq_h is less than half of ld_h: are the axes exchanged?")
     if rating["rated_speed_rpm"] > rating["max_speed_rpm"]:

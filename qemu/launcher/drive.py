@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from .aligned import ON_TIME_S
-from .consistency import check_voltage
+from .consistency import asked_about, check_voltage
 from .data import complete, lay_over, load_inverter, load_motor, load_sensors
 from .effects import parse_plant
 from .params import UNSAID, coarse_notes, detuned, exact_params
@@ -12,6 +12,7 @@ from .saturation import inverse_at_rest
 from .schema import SECTIONS
 from .shaft_margin import left_hz
 from .spread import check_spread, drawn
+from .stage import check_stage
 
 RPM = math.pi / 30  # rad/s in one rpm
 REST_TIME_S = 0.35  # of a start: offsets of the sensors, 0.13 s, and the wiring, up to 0.2 s
@@ -307,10 +308,11 @@ def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detun
     if sensors:
         lay_over(inverter, load_sensors(sensors))
     inverter.override(overrides.get("inverter", {}))
+    check_stage(motor, inverter)
     complete(motor, inverter)
     drive = Drive(motor, inverter, parse_plant(plant), check_spread(spread), seed, str(detune or "").strip(), aligned=aligned)
     exact = exact_params(drive)
-    drive.notes = coarse_notes(exact)
+    drive.notes = coarse_notes(exact) + asked_about(motor, inverter)
     drive.params, drive.changed = detuned({name: round(value) for name, value in exact.items()}, drive.detune)
     drive.params.update(overrides.get("params", {}))
     drive.changed.update(dict.fromkeys(overrides.get("params", {}), "override"))

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """[control] by rule: what a motor file leaves out follows from its ratings and from the inverter. And what hangs on the shaft:
 
+    friction_coulomb_nm  of [mechanical]: 1 % of rated torque, which bearings have. A shaft without any turns for ever once it
+                   was turned, and `on` waits for one that stands still
+
     inertia_ratio  so much that rated torque takes 100 ms from standstill to rated speed. Rated load that comes at once takes
                    0.27 N m / 7e-6 kgm2, 370 rpm a millisecond, from the bare rotor of docs/motors.md's smallest file,
                    and no speed loop at 1 kHz is quick enough for that
@@ -34,6 +37,7 @@ SPEED_SHARE_OF_TRIP = 1.2
 LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
 CURRENT_BW_HZ = {1: (1000.0, 1300.0, 2000.0), 2: (2000.0, 2000.0, 4000.0)}  # by pwm_samples and pwm_update
 RPM = math.pi / 30
+FRICTION_SHARE, FRICTION_BY_RULE = 0.01, "by rule: 1 % of rated torque"
 START_S = 0.1  # of the motors that are shipped: 84 to 530 ms
 
 
@@ -74,6 +78,10 @@ def inertia_ratio_by_rule(motor):
     rating, rotor_kgm2 = motor["rating"], motor["mechanical"]["inertia_kgm2"]
     wanted_kgm2 = START_S * rating["rated_torque_nm"] / (rating["rated_speed_rpm"] * RPM)
     return _three_digits(max(wanted_kgm2 / rotor_kgm2 - 1, 0.0))
+
+
+def friction_by_rule(motor):
+    return FRICTION_SHARE * motor["rating"]["rated_torque_nm"]
 
 
 def current_bw_by_rule(control):

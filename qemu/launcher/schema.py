@@ -85,7 +85,7 @@ MOTOR_TABLES = {
     "mechanical": {
         "inertia_kgm2": Key(1e-9, 1e3, REQUIRED, "of the rotor"),
         "friction_viscous_nms": Key(0, 1e3, 0.0, "torque over speed (rad/s), bearings"),
-        "friction_coulomb_nm": Key(0, 1e3, 0.0, "constant part of the friction, bearings"),
+        "friction_coulomb_nm": Key(0, 1e3, BY_RULE, "constant part of the friction, bearings"),
         **_cogging("cogging"), **_cogging("cogging2"), **_cogging("cogging3")},
     "thermal": {
         "copper_tempco_per_k": Key(0, 0.01, 0.0, "of the resistance; copper has 0.0039"),

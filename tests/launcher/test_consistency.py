@@ -123,7 +123,7 @@ def test_a_motor_too_large_for_its_inverter(tmp_path):
     assert load_drive(changed(SMALLEST.replace("lv24_drv8323", "stage.toml"), tmp_path, **large)).params["i_max_ma"] >= 28400
 
 
-@pytest.mark.parametrize("current_a", [0.031, 0.5, 7.1, 12.3, 15.55, 18.9])
+@pytest.mark.parametrize("current_a", [0.47, 0.5, 7.1, 12.3, 15.55, 18.9])
 def test_currents_by_rule_are_what_the_firmware_takes(tmp_path, current_a):
     """i_max of the i_trip that is told, in whole mA (firmware/settings/tuning.c: 85 %), i_align up to i_max."""
     share = current_a / 7.1
