@@ -11,9 +11,9 @@
 #define JUMP_MOST    45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
 #define JUMP_SHIFT   4                 /* what is usual fades by a sixteenth a millisecond */
 #define DOUBT_MS     8u
-#define DOUBT_BAD_MS 2u /* the EMF must contradict for this long */
-#define TURNED_TIMES 3u /* contradictions needed without a jump: slow loss of counts */
-#define STILL_MS     4u /* without a count: the encoder may be dead */
+#define DOUBT_BAD_MS 2u   /* the EMF must contradict for this long */
+#define TURNED_TIMES 3u   /* contradictions needed without a jump: slow loss of counts */
+#define STILL_MS     4u   /* without a count: the encoder may be dead */
 #define STILL_TURN   150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
 #define ACROSS_SHIFT 7    /* a 128th of the bus: what dead time leaves, across the current */
 #define STILL_COUNTS 8u
