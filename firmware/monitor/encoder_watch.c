@@ -15,7 +15,7 @@
 #define TURNED_TIMES 3u   /* contradictions needed without a jump: slow loss of counts */
 #define STILL_MS     4u   /* without a count: the encoder may be dead */
 #define STILL_TURN   150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
-#define ACROSS_SHIFT 7    /* a 128th of the bus: what dead time leaves, across the current */
+#define ACROSS_SHIFT 6    /* a 64th of the bus: what dead time leaves, across the current */
 #define STILL_COUNTS 8u
 #define INDEX_COUNTS 2  /* from pulse to pulse */
 #define EMF_TURN     1u /* the EMF is computed, */
