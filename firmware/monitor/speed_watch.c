@@ -118,7 +118,7 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
  * What stops the shaft within milliseconds, and holds it, is an end stop: a stall, whatever the speed has lost meanwhile. What
  * turns it round is a load. False once that is known, or if the shaft turns on.
  */
-static bool comes_to_rest(struct axis *a, struct speed_watch *s)
+static bool comes_to_rest(struct axis *a, struct speed_watch *s, bool lost)
 {
     const int32_t size_q4 = q15_abs(a->speed.speed_rpm_q4);
     const bool turned = (a->speed.speed_rpm_q4 ^ a->speed.speed_ref_rpm_q4) < 0;
@@ -127,7 +127,7 @@ static bool comes_to_rest(struct axis *a, struct speed_watch *s)
         s->coming_to_rest = slower && size_q4 < TO_REST_MS / (int32_t)STEP_MS * s->rate_q4;
         return s->coming_to_rest;
     }
-    if (s->coming_to_rest && s->rate_q4 <= AT_REST_Q4) {
+    if (lost && s->coming_to_rest && s->rate_q4 <= AT_REST_Q4) {
         fault_report(a, FAULT_STALL, 0, 0);
     }
     return s->coming_to_rest;
@@ -155,9 +155,8 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     s->speed_q4 = a->speed.speed_rpm_q4;
     s->losing_ms = losing_ms;
     s->far_ms = far_ms;
-    if (far_ms < FAR_MS && losing_ms < LOSING_MS) {
-        s->coming_to_rest = false;
-    } else if (!comes_to_rest(a, s)) {
+    const bool lost = far_ms >= FAR_MS || losing_ms >= LOSING_MS;
+    if (!comes_to_rest(a, s, lost) && lost) {
         lose_speed(a);
     }
 }

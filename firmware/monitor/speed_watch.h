@@ -16,7 +16,7 @@ struct speed_watch {
     int32_t speed_q4;     /* at the last step */
     int32_t rate_q4;      /* at which the shaft leaves the reference, per step, smoothed */
     uint32_t losing_ms;   /* how long it has been about to exceed the limit, at full current */
-    bool coming_to_rest;  /* and it was within milliseconds of its rest then */
+    bool coming_to_rest;  /* it was within milliseconds of its rest when it last moved */
     uint32_t stalled_ms;
     uint32_t oscillations; /* found by the speed loop when last looked at */
 };
