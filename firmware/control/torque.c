@@ -13,7 +13,7 @@
 #define BURN_SHIFT    4 /* from 0 to i_max in 16 periods */
 #define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag */
 #define MEAN_SHIFT    4 /* over 16 periods: what swings about no power is none to be burnt, */
-#define LEAST_SHIFT   5 /* nor is a 32nd of the largest: torque that ripples with a turn */
+#define LEAST_SHIFT   6 /* nor is a 64th of the largest: torque that ripples with a turn */
 
 static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
 {
