@@ -2,8 +2,8 @@
 /*
  * A page of the eNVM is programmed, and once more by hand, to see what happens meanwhile: B14. Two of its 1000 writes a run.
  *
- * It is the last page below the settings of both axes: in the region of images, which flashing erases anyway; this one does not reach so
- * far, and no settings, certificates or protected pages are there, on any device that has 256 KB.
+ * It is the last page below the settings of both axes: in the region of images, which flashing erases anyway; this one does not
+ * reach so far, and no settings, certificates or protected pages are there, on any device that has 256 KB.
  */
 #include "drivers/bringup/bringup.h"
 #include "drivers/cortex/cpu.h"

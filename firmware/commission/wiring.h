@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Checks, before anything turns, that each phase carries current and its sensor is its own and has the right sign: a voltage along
- * one phase after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the wrong
- * sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
+ * Checks, before anything turns, that each phase carries current and its sensor is its own and has the right sign: a voltage
+ * along one phase after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor
+ * of the wrong sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
  *
  * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: while the low sides are
  * off, shunts below them show nothing, whatever the drive was told.

@@ -4,8 +4,8 @@
  * field's angle at the index, and the shaft's cogging. The last two need an index to mean anything, since the counter starts
  * wherever the rotor stands. docs/settings.md has the format.
  *
- * All of it by name: stored records that this image does not know, or whose value its build leaves out, are skipped and counted,
- * and the next save carries them over, for the image that wrote them; what is not stored keeps its initial value.
+ * All of it by name: stored records that this image does not know, or whose value its build leaves out, are skipped and
+ * counted, and the next save carries them over, for the image that wrote them; what is not stored keeps its initial value.
  */
 #ifndef FIRMWARE_DRIVE_NVM_H
 #define FIRMWARE_DRIVE_NVM_H
@@ -85,8 +85,8 @@ void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32);
 struct outcome nvm_check(const struct params *p, struct tuning *t);
 
 /*
- * Whether this image has no use for a stored record; with `own`, whether a save of that axis carries it over: not where somebody has
- * chosen another value here. Thread.
+ * Whether this image has no use for a stored record; with `own`, whether a save of that axis carries it over: not where
+ * somebody has chosen another value here. Thread.
  */
 bool nvm_is_foreign(const struct record *r, const struct axis *own);
 

@@ -118,7 +118,7 @@ static bool is_temperature(uint32_t sensor_code)
 }
 
 /* Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than no fan and a hot start do. */
-static bool is_far(const struct thermal *th, int32_t sensed_q4, int32_t model_q4)
+static bool is_far_from_model(const struct thermal *th, int32_t sensed_q4, int32_t model_q4)
 {
     const int32_t far_q4 = q15_max(SENSOR_FAR_Q4, (th->winding_full_q4 + th->housing_full_q4) * 2 / 3);
     return sensed_q4 < model_q4 - far_q4 || sensed_q4 > q15_max(model_q4 + far_q4, th->max_q4 + DERATE_Q4);
@@ -127,7 +127,8 @@ static bool is_far(const struct thermal *th, int32_t sensed_q4, int32_t model_q4
 static void watch_sensor(struct thermal *th, uint32_t sensor_code, int32_t sensed_q4, int32_t model_q4)
 {
     th->sensor_seen = th->sensor_seen || sensor_code != 0u;
-    const bool doubtful = th->sensor_seen && (!is_temperature(sensor_code) || is_far(th, sensed_q4, model_q4));
+    const bool doubtful =
+        th->sensor_seen && (!is_temperature(sensor_code) || is_far_from_model(th, sensed_q4, model_q4));
     if (doubtful && th->doubts < SENSOR_UPDATES) {
         th->doubts++;
     } else if (!doubtful && th->doubts > 0u) {

@@ -68,7 +68,8 @@ EVENTS = {
     "can": [_FRAME], "can_break": [_WORD], "can_cut": [_FLAG],
     "bus": [_HEX], "keys": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
-_FORMS = {_PHASE: r"[ABC]", "order": r"ABC|ACB|BAC|BCA|CAB|CBA", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
+_FORMS = {"order": r"ABC|ACB|BAC|BCA|CAB|CBA",
+          _PHASE: r"[ABC]", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
           _WORD: r"[&*]?[\w.\[\]]+", "off": r"off", _HEX: r"([0-9a-f]{2})+", _FRAME: r"[0-9a-f]{1,8}#(R|([0-9a-f]{2}){0,8})"}
 
 

@@ -9,8 +9,8 @@
 #include <string.h>
 
 /* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
- * O order of the phases, q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
- * S one of two inputs, T temperature or off, x the word off, a address, w 32-bit word, h 16-bit word. */
+ * O order of the phases, q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off,
+ * f fraction 0.001...1, S one of two inputs, T temperature or off, x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;

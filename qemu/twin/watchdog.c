@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* A down counter on the 50 MHz RC oscillator: firmware cannot change its load or its window. Switched off it stands, and goes on
- * from there. In interrupt mode the twin's does nothing. UG0331, watchdog chapter. */
+/* A down counter on the 50 MHz RC oscillator: firmware cannot change its load or its window. Switched off it stands, and
+ * goes on from there. In interrupt mode the twin's does nothing. UG0331, watchdog chapter. */
 #include "watchdog.h"
 
 #include "sysreg.h"

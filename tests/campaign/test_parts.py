@@ -19,7 +19,8 @@ REST = [
     "wiring:teknic_m2310p/pole_pairs=5", "supervision:teknic_m2310p/quickstop/no_chopper", "start:dys_be8108/friction20/180",
     "wiring:maxon_ec45flat/counts*1.02", "wiring:teknic_m2310p/turning_3",
     "wiring:teknic_m2310p/sensor_B_negative", "wiring:estun_emj04apb22/encoder_reversed",
-    "wiring:mjbots_mj5208/sensors_CAB", "wiring:teknic_m2310p/reversed_and_CA", "wiring:teknic_m2310p/locked", "wiring:teknic_m2310p/brake",
+    "wiring:teknic_m2310p/reversed_and_CA", "wiring:teknic_m2310p/locked", "wiring:teknic_m2310p/brake",
+    "wiring:mjbots_mj5208/sensors_CAB",
     "supervision:hoverboard_350w/slip120/speed50/load100",
     "sensorless:thor_pmsyrm/flying/20", "saliency:thor_pmsyrm/hold1/45/silent",
 ]

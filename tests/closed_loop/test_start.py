@@ -67,8 +67,9 @@ WRONG = {
     "sensor A reversed": (dict(events=[("sensor_gain", ["A", "-1"])]), "SENSOR_SIGN", "phase 1:", 0.5),
     "sensor B reversed": (dict(events=[("sensor_gain", ["B", "-1"])]), "SENSOR_SIGN", "phase 2:", 0.5),
     "sensor C reversed": (dict(events=[("sensor_gain", ["C", "-1"])]), "SENSOR_SIGN", "phase 3:", 0.5),
-    **{f"sensors {order}": (dict(events=[("sensor_order", [order])]), "SENSORS_EXCHANGED", f"A, B, C show the currents of {digits}:",
-                            0.5) for order, digits in (("BAC", 213), ("ACB", 132), ("CBA", 321), ("BCA", 231), ("CAB", 312))},
+    **{f"sensors {order}": (dict(events=[("sensor_order", [order])]), "SENSORS_EXCHANGED",
+                            f"A, B, C show the currents of {digits}:", 0.5)
+       for order, digits in (("BAC", 213), ("ACB", 132), ("CBA", 321), ("BCA", 231), ("CAB", 312))},
     "sensors BAC and A reversed": (dict(events=[("sensor_order", ["BAC"]), ("sensor_gain", ["A", "-1"])]), "SENSORS_EXCHANGED",
                                    "A, B, C show the currents of 213:", 0.5),
     "turned from outside": (dict(events=[("spin_rad_s", ["1"])]), "ROTOR_TURNING", "of 4000 counts", 1.5),
@@ -99,13 +100,14 @@ def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
 
 
 @pytest.mark.parametrize("motor, source, sensors, params", [
-    ("maxon_ec45flat", 1, "", {}), ("hoverboard_350w", 2, "", {}), ("thor_pmsyrm", 0, "", {}), ("teknic_m2310p", 0, "amc1306", {}),
-    ("teknic_m2310p", 0, "", {"low_side_shunts": 1}), ("estun_emj04apb22", 0, "", {})])
+    ("maxon_ec45flat", 1, "", {}), ("hoverboard_350w", 2, "", {}), ("thor_pmsyrm", 0, "", {}),
+    ("teknic_m2310p", 0, "amc1306", {}), ("teknic_m2310p", 0, "", {"low_side_shunts": 1}), ("estun_emj04apb22", 0, "", {})])
 def test_exchanged_sensors_are_named_with_each_source_and_scheme(motor, source, sensors, params, tmp_path):
     steps = [{"t_s": 0.0, "event": "sensor_order", "args": ["CBA"]}, {"t_s": ON_S, "console": "on"},
              {"t_s": ON_S + 0.6, "console": "fault"}]
     result = simulate({"key": "start", "end_s": ON_S + 0.7, "preamble_s": 0.05, "step": steps}, motor=motor, out_dir=tmp_path,
-                      spread=0, sensors=sensors, overrides={"motor": {"control": {"angle_source": float(source)}}, "params": params})
+                      spread=0, sensors=sensors,
+                      overrides={"motor": {"control": {"angle_source": float(source)}}, "params": params})
     assert faults(result) == ["FAULT_SENSORS_EXCHANGED"] and "show the currents of 321" in result.console, result.console[-600:]
     assert not operating(result).size and not result.trace["gates"][-20:].any() and turns_away(result) < 0.5
 

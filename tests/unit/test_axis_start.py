@@ -140,7 +140,8 @@ def test_sensors_that_are_exchanged_are_named_with_their_order(starting, order):
     for saliency, angle in WINDINGS:
         for reversed_one in (None, 0, 1, 2):
             sensors = [(phase, -1 if sensor == reversed_one else 1) for sensor, phase in enumerate(order)]
-            assert judged(starting, sensors=sensors, saliency=saliency, angle_deg=angle) == ("SENSORS_EXCHANGED", shown), sensors
+            found = judged(starting, sensors=sensors, saliency=saliency, angle_deg=angle)
+            assert found == ("SENSORS_EXCHANGED", shown), sensors
 
 
 @pytest.mark.parametrize("wrong", range(3))
