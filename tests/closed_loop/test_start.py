@@ -70,8 +70,6 @@ WRONG = {
     **{f"sensors {order}": (dict(events=[("sensor_order", [order])]), "SENSORS_EXCHANGED",
                             f"A, B, C show the currents of {digits}:", 0.5)
        for order, digits in (("BAC", 213), ("ACB", 132), ("CBA", 321), ("BCA", 231), ("CAB", 312))},
-    "sensors BAC and A reversed": (dict(events=[("sensor_order", ["BAC"]), ("sensor_gain", ["A", "-1"])]), "SENSORS_EXCHANGED",
-                                   "A, B, C show the currents of 213:", 0.5),
     "turned from outside": (dict(events=[("spin_rad_s", ["1"])]), "ROTOR_TURNING", "of 4000 counts", 1.5),
     "blocked": (dict(events=[("lock", ["1"])]), "ROTOR_BLOCKED", "0 counts in an electrical turn, instead of 1000", 4.0),
     "encoder dead": (dict(events=[("encoder_freeze", ["1"])]), "ENCODER_DEAD", "0 counts", 4.0),
