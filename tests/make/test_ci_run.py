@@ -55,8 +55,7 @@ def test_without_the_formatter_the_rest_runs_and_that_is_said(tmp_path):
     assert lines[-3] == "mssfoc: formatting was not judged: no network" and lines[-1] == HERE
 
 
-@pytest.mark.parametrize("workers", ((), ("-n", "1")))
-@pytest.mark.parametrize("fails, status", (("", 0), ("assert 0", 1)))
+@pytest.mark.parametrize("workers, fails, status", [((), "", 0), (("-n", "1"), "", 0), (("-n", "1"), "assert 0", 1)])
 def test_a_session_ends_in_time_and_fails_for_failures_alone(workers, fails, status, tmp_path):
     shutil.copytree(ROOT / "tests/unit", tmp_path / "tests/unit", ignore=shutil.ignore_patterns("test_*", "*.c", "*.h"))
     shutil.copy2(ROOT / "tests/conftest.py", tmp_path / "tests/conftest.py")
