@@ -143,8 +143,9 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # together. The small functions of lib/ get slower by it: they save a register more.
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -mtune=cortex-m4 -frename-registers
 
-# What the thread does, and what is done once: here bytes count, not cycles.
+# What the thread does, and what is done once: here bytes count, not cycles. The slow loop looks up the map at every step.
 $(foreach room,settings commission operate,$(BUILD)/arm/firmware/$(room)/%.o): CFLAGS_ARM += -Os
+$(BUILD)/arm/firmware/settings/torque_%.o: CFLAGS_ARM += -O2
 
 # the one object that knows the commit
 $(BUILD)/arm/firmware/operate/commands_session.o: CFLAGS_ARM += -include $(BUILD)/commit.h
