@@ -9,7 +9,7 @@
 #define CLOCKS_SHORT    32768u  /* below a third of a millisecond: the shaft was jerked, and its speed is meaningless */
 #define OFFSET_MOST_Q16 32768   /* half a count too early or too late: the speed has changed, nothing is learned */
 #define OFFSET_SHIFT    6       /* 1/64 of it is applied */
-#define EDGES_LEARNED   32      /* in a step; beyond, their places are already learned */
+#define EDGES_LEARNED   256     /* in a step; beyond, half a count is too little of the speed to matter */
 #define MAX_Q15         ((1 << 30) - 1) /* 32768 rpm, or its travel in a millisecond: twice that fits */
 #define BOUND_Q8        288             /* an eighth over a count: edges are slightly out of place */
 #define FAST_RPM_Q15    (15000 * 32768)

@@ -83,7 +83,7 @@ def test_steady_speed(c, lines, rpm):
     counts = max(1, rpm / 60 * 4 * lines * SLOW_S)  # between two readings of the speed
     for places, parts in ((EVEN, 2), (ODD, 6)):
         shaft = Shaft(c, lines, places)
-        if counts > 32:  # edges are learned at less
+        if counts > 256:  # edges are learned at less
             shaft.run(sign * rpm * 7.3 / counts, 2.0)
         shaft.run(sign * rpm, seconds_of(lines, rpm, 700) + 4 * (rpm == 1499))
         speeds = shaft.run(sign * rpm, seconds_of(lines, rpm, 20))
