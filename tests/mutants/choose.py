@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Which faults are tried, in which order: every file with a decision gets its share, every kind its turn, no line two."""
+"""Which faults are tried, in which order: files by lot and weight, every kind in its turn, no line twice."""
 import hashlib
+import itertools
+import math
 from collections import Counter
 from pathlib import Path
 
 from mutants.ctext import regions
 from mutants.fault import KINDS, without_remarks
 from mutants.faults_asm import asm_faults, instructions
-from mutants.faults_c import c_faults, decides, enum_neighbours, identifiers
+from mutants.faults_c import c_faults, enum_neighbours, identifiers
 
 WEIGHT = {"function": 1.0, "table": 0.3, "macro": 0.15, "type": 0.0}  # of a line; code decides more than constants do
 SELDOM = {"volatile": 3, "order": 2}  # these have their turn every so many rounds: most change nothing that matters
@@ -25,7 +27,6 @@ class Sources:
         self.faults = {name: asm_faults(name, text) if name.endswith(".S") else c_faults(name, text, uses, enums)
                        for name, text in self.texts.items()}
         self.weights = {name: _weight(name, text) for name, text in self.texts.items()}
-        self.decides = {name for name, text in self.texts.items() if name.endswith(".S") or decides(text)}
 
     def _read(self, rooms):
         paths = [p for room in rooms for p in sorted((self.root / room).rglob("*")) if p.suffix in (".c", ".h", ".S")]
@@ -44,18 +45,16 @@ def _weight(name, text):
     return sum(lines.values())
 
 
-def shares(weights, count, least=()):
-    """{file: how many}, by weight, and one at least for each of `least`; the sum is `count` if that suffices."""
-    total = sum(weights.values())
-    exact = {name: weight * count / total for name, weight in weights.items()} if total else {}
-    given = {name: max(int(value), 1 if name in least else 0) for name, value in exact.items()}
-    for name in sorted(exact, key=lambda n: (given[n] - exact[n], n)):
-        if sum(given.values()) >= count:
-            break
-        given[name] += 1
-    while sum(given.values()) > count and max(given.values()) > 1:
-        given[max((n for n in given if given[n] > 1), key=lambda n: (given[n] - exact[n], n))] -= 1
-    return given
+def shares(weights, count, seed):
+    """{file: how many}, `count` in all: places at equal distances along all files in a row, the first of them by lot.
+
+    So each file has its chance by its weight, and each room, whose files stand together, its part to within one.
+    """
+    names = sorted(weights)
+    ends = list(itertools.accumulate(weights[name] for name in names))
+    lot = int(hashlib.sha256(f"{seed}|shares".encode()).hexdigest(), 16) / 2**256
+    passed = [0, *(math.ceil(count * (end / ends[-1]) - lot) for end in ends)]
+    return {name: after - before for name, before, after in zip(names, passed, passed[1:]) if after > before}
 
 
 def sequence(faults, seed, file):

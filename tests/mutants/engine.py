@@ -39,13 +39,13 @@ class Engine:
         """{identity: (fault, entry)} of `count` mutants, or as many as there are."""
         self.left = {file: sequence(self.sources.faults[file], self.seed, file) for file in files}
         weights = {file: self.sources.weights[file] for file in files if self.sources.faults[file]}
-        owed = shares(weights, count, self.sources.decides & set(weights))
+        owed = shares(weights, count, self.seed)
         while sum(owed.values()) and not self.failure:
             self.wanted = sum(owed.values()) + len(self.judged)
             self._share_out(owed)
             short = count - len(self.judged)
             rest = {file: weight for file, weight in weights.items() if self.left[file] is not None}
-            owed = shares(rest, short) if rest and short > 0 else {}
+            owed = shares(rest, short, f"{self.seed}|{len(self.judged)}") if rest and short > 0 else {}
         if self.failure:
             raise self.failure
         return self.judged
@@ -53,7 +53,7 @@ class Engine:
     def plan(self, count, files):
         """The faults that would be tried first, without judging any."""
         weights = {file: self.sources.weights[file] for file in files if self.sources.faults[file]}
-        for file, number in shares(weights, count, self.sources.decides & set(weights)).items():
+        for file, number in shares(weights, count, self.seed).items():
             for fault, _ in zip(sequence(self.sources.faults[file], self.seed, file), range(number)):
                 yield file, fault
 

@@ -250,8 +250,3 @@ class _Finder:
             a, b = self.part(starts[n], ends[n]), self.part(starts[n + 1], ends[n + 1])
             if a != b:
                 self.change("arguments", (starts[n], ends[n], b), (starts[n + 1], ends[n + 1], a))
-
-
-def decides(text):
-    """Whether a file has a decision in it."""
-    return any(t.text in ("if", "switch", "while", "for", "?") for t in tokens_of(re.sub(r"(?m)^[ \t]*#.*(\\\n.*)*", "", text)))

@@ -28,9 +28,9 @@ def project(root):
     cross = os.environ.get("CROSS") or "arm-none-eabi-"
     build = [f"build/mssfoc{end}" for end in (".elf", ".hex", ".bin", "-envm.hex")]
     compiler = os.environ.get("CC_ARM") or cross + "gcc"
-    return Project(root, ("make", "-s"), (*build, "build/libmssfoc.a", "twin", "target-tests"),
-                   tuple(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup")),
-                   ("build/mssfoc.elf", "build/tests/target/*.elf"), cross + "objcopy", compiler)
+    return Project(root, ("make", "-s"), (*build, "build/libmssfoc.a", "twin", "target-tests", "bringup-image"),
+                   (*(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup")), "build/bringup/*.o"),
+                   ("build/mssfoc.elf", "build/bringup.elf", "build/tests/target/*.elf"), cross + "objcopy", compiler)
 
 
 def options(argv):

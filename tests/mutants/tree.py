@@ -15,7 +15,7 @@ from mutants import reach
 FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE")
 # no warning gives a mutant away, but what passes an integer for a pointer is not taken for C
 WARNINGS = "-Werror=int-conversion -Werror=incompatible-pointer-types"
-BUILT = tuple(f"{name}/" for name in ("arm", "eds", "fabric", "host", "qemu", "tests/target", "tests/unit"))
+BUILT = tuple(f"{name}/" for name in ("arm", "bringup", "eds", "fabric", "host", "qemu", "tests/target", "tests/unit"))
 WALL_S = 3600.0  # without a verdict by then the machine is at fault, not the mutant
 
 
