@@ -26,7 +26,7 @@ static bool failover_is_possible(const struct axis *a, enum fault cause)
     const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
     return FEATURE_IN(SENSORLESS) && suits && a->reactions.choice[cause] == REACTION_CARRY &&
            a->state == AXIS_OPERATION_ENABLED && !rotor_is_sensorless(a) && a->failover.pending == FAULT_NONE &&
-           a->tuning.observer.usable && !a->tuning.weakens;
+           a->tuning.observer.usable && !a->tuning.weakens && encoder_watch_offset_is_sure(a);
 }
 
 /* The rotor's angle at the next sample. */

@@ -24,8 +24,36 @@ void start_forget(struct axis *a)
 {
     a->start.aligned = false;
     a->start.index_known = false;
+    a->start.remembered = false;
     a->start.rescaled = true;
     a->start.wired = false;
+}
+
+/* The encoder's count no longer matches the alignment. */
+static bool loses_count(enum fault cause)
+{
+    return cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
+           cause == FAULT_ENCODER_COUNTS;
+}
+
+/* What a wrong offset may look like, by whatever name. */
+static bool may_be_offset(enum fault cause)
+{
+    return loses_count(cause) || cause == FAULT_STALL || cause == FAULT_SPEED_DEVIATION || cause == FAULT_OVERSPEED ||
+           cause == FAULT_FOLLOWING_ERROR || cause == FAULT_LIMIT_CYCLE || cause == FAULT_OSCILLATION ||
+           cause == FAULT_HOMING;
+}
+
+void start_doubt(struct axis *a, enum fault cause)
+{
+    struct start *const s = &a->start;
+    if (cause == FAULT_OFFSET || (s->remembered && may_be_offset(cause))) {
+        s->aligned = false;
+        s->index_known = false;
+    } else if (loses_count(cause)) {
+        s->aligned = false; /* and the index must be seen again */
+        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
+    }
 }
 
 void start_begin(struct axis *a)

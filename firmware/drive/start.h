@@ -2,7 +2,8 @@
 /*
  * From "ready" to "operation enabled": sensor zeros, rotor at rest, bridge on, wiring, alignment. Each step that fails raises
  * its own fault. A drive whose offset is known needs only the first and the third, and the wiring when the second sample of a
- * period is new to it.
+ * period is new to it. An offset that was known before this start is not believed unseen: commission/offset_check.h, then
+ * monitor/encoder_watch.h once the EMF shows it. One that was wrong, or may have been, is forgotten.
  *
  * Hall switches give the angle at once, the middle of a sector: with them only the first `on` checks the wiring.
  *
@@ -17,7 +18,9 @@
 
 #include "firmware/commission/alignment.h"
 #include "firmware/commission/calibration.h"
+#include "firmware/commission/offset_check.h"
 #include "firmware/commission/wiring.h"
+#include "firmware/fault/fault.h"
 
 struct axis;
 
@@ -29,10 +32,12 @@ struct start {
     struct calibration calibration;
     struct wiring wiring;
     struct alignment alignment;
+    struct offset_check check;
     bool aligned;              /* the encoder's relation to the magnets is known: angle_offset_q32 of the loop */
     bool rescaled;             /* the observer's angle still has the previous scale */
     bool index_known;          /* the index's relation is known, too */
     bool wired;                /* with Hall switches, no encoder: the wiring has been checked */
+    bool remembered;           /* the offset was known before this start began */
     bool learns;               /* `learn hall`, not `on`: it ends with the bridge off */
     bool unseen;               /* what the sensors show in the second sample of a period */
     uint32_t index_offset_q32; /* the field's angle at the index */
@@ -52,5 +57,8 @@ void start_learn_index(struct axis *a);
 
 /* The encoder's scale has changed: nothing is known any more. Thread, bridge off. */
 void start_forget(struct axis *a);
+
+/* A fault has ended operation, or the start: what was known may be wrong by it, or have caused it. Slow loop. */
+void start_doubt(struct axis *a, enum fault cause);
 
 #endif

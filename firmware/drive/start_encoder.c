@@ -40,11 +40,19 @@ static void take_offset_from_index(struct axis *a)
     }
 }
 
+/* It takes an alignment. */
+static void start_forget_offset(struct start *s)
+{
+    s->aligned = false;
+    s->remembered = false;
+}
+
 /* ---- the way ---- */
 
 static void encoder_begin(struct axis *a)
 {
     take_offset_from_index(a);
+    a->start.remembered = a->start.aligned;
     a->start.latched = latched(a);
     a->start.tries = 0;
 }
@@ -57,20 +65,32 @@ static int32_t moved(const struct axis *a)
     return q15_min(size, a->tuning.encoder_counts - size);
 }
 
-/* An aligned drive may start while turning; if the angle must be found, the rotor must stand, or is caught. */
-static void encoder_calibrated(struct axis *a)
+static void wait_for_rest(struct axis *a)
 {
     struct start *const s = &a->start;
-    if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
-        start_open_gates(a);
-        return;
-    }
     s->tries++;
     if (s->tries >= TURNING_TRIES) {
         fault_raise_with(a, FAULT_ROTOR_TURNING, moved(a), a->tuning.encoder_counts);
     }
     calibration_start(&s->calibration);
     s->latched = latched(a);
+    s->phase = START_CALIBRATE;
+}
+
+/* An aligned drive may start while turning; if the angle must be found, the rotor must stand, or is caught. */
+static void encoder_calibrated(struct axis *a)
+{
+    struct start *const s = &a->start;
+    const bool stands = moved(a) <= 2 + a->tuning.encoder_counts / 1024;
+    if (stands && s->remembered && offset_check_is_blind(&a->tuning)) {
+        start_forget_offset(s);
+    }
+    if (s->aligned || stands) {
+        offset_check_start(&s->check, &a->tuning, latched(a), !stands);
+        start_open_gates(a);
+    } else {
+        wait_for_rest(a);
+    }
 }
 
 /* A third of an electrical turn: few test currents turn a rotor that far, and turning magnets induce currents of any sign. */
@@ -95,7 +115,10 @@ static void encoder_wired(struct axis *a)
 {
     struct start *const s = &a->start;
     alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
-    s->phase = a->identify.running ? START_IDENTIFY : s->aligned ? START_FOLLOW : START_ALIGN;
+    s->phase = a->identify.running ? START_IDENTIFY
+               : !s->aligned       ? START_ALIGN
+               : s->remembered     ? START_CONFIRM
+                                   : START_FOLLOW;
 }
 
 static const enum fault fault_of_alignment[] = {
@@ -117,6 +140,37 @@ static void step_alignment(struct axis *a)
     }
 }
 
+/* Turning too slowly to show its angle, it may come to rest, or turn faster; one at rest that nothing moves is aligned. */
+static void look_again(struct axis *a)
+{
+    if (a->start.check.turns) {
+        current_loop_off(&a->loop, a->fabric);
+        wait_for_rest(a);
+    } else {
+        start_forget_offset(&a->start);
+        start_open_gates(a);
+    }
+}
+
+static void step_check(struct axis *a)
+{
+    struct offset_check *const o = &a->start.check;
+    switch (offset_check_step(o, &a->loop, &a->tuning, latched(a))) {
+    case OFFSET_WRONG:
+        fault_raise_with(a, FAULT_OFFSET, o->off_deg, 0);
+        break;
+    case OFFSET_UNSEEN:
+        look_again(a);
+        break;
+    case OFFSET_RIGHT:
+        a->start.phase = START_FOLLOW;
+        break;
+    case OFFSET_RUNNING:
+    default:
+        break;
+    }
+}
+
 static bool encoder_step(struct axis *a)
 {
     if (a->start.phase == START_ALIGN) {
@@ -125,6 +179,10 @@ static bool encoder_step(struct axis *a)
     }
     if (a->loop.source != LOOP_ENCODER) {
         start_follow(a, LOOP_ENCODER);
+    }
+    if (a->start.phase == START_CONFIRM) {
+        step_check(a);
+        return false;
     }
     return true;
 }

@@ -24,5 +24,5 @@ void start_open_gates(struct axis *a)
         start_follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
     }
     wiring_start(&s->wiring);
-    s->phase = known ? START_FOLLOW : START_WIRING;
+    s->phase = !known ? START_WIRING : s->remembered ? START_CONFIRM : START_FOLLOW;
 }

@@ -18,6 +18,7 @@ enum start_phase {
     START_HALL,       /* Hall switches give the angle */
     START_LAY_HALL,   /* `learn hall`: align the rotor with a field, */
     START_LEARN_HALL, /* then turn it to find the table: ends with the bridge off */
+    START_CONFIRM,    /* a remembered offset is held against the rotor */
     START_PHASES
 };
 

@@ -116,13 +116,6 @@ static void begin_quick_stop(struct axis *a)
     a->lingering_ms = 0;
 }
 
-/* The encoder's count no longer matches the alignment. */
-static bool spoils_alignment(uint32_t cause)
-{
-    return cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
-           cause == FAULT_ENCODER_COUNTS;
-}
-
 /* Nothing that was asked before counts any more. */
 static void react_to_fault(struct axis *a)
 {
@@ -131,10 +124,7 @@ static void react_to_fault(struct axis *a)
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
     a->failover.pending = FAULT_NONE;
-    if (spoils_alignment(a->faults.cause)) {
-        a->start.aligned = false; /* and the index must be seen again */
-        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
-    }
+    start_doubt(a, (enum fault)a->faults.cause);
 }
 
 static bool fault_is_latched(struct axis *a)

@@ -71,6 +71,7 @@ enum fault {
     FAULT_THREAD_STOPPED = 52,      /* console and buses made no progress for 100 ms; a controlled stop */
     FAULT_OSCILLATION = 53, /* the speed loop swings with its shaft: a coupling, or an inertia far from what was told */
     FAULT_MASTER_LOST = 54, /* the master of the CAN bus no longer commands it */
+    FAULT_OFFSET = 55,      /* the remembered angle between encoder and magnets is not the rotor's */
     FAULT_SENSORS_EXCHANGED = 56,  /* start: a current sensor shows another phase's current */
     FAULT_TEMPERATURE_SENSOR = 57, /* the winding's temperature sensor shows what cannot be */
     FAULT_COUNT

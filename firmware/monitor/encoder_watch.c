@@ -13,6 +13,7 @@
 #define DOUBT_MS     8u
 #define DOUBT_BAD_MS 2u   /* the EMF must contradict for this long */
 #define TURNED_TIMES 3u   /* contradictions needed without a jump: slow loss of counts */
+#define AGREED_OFTEN 8u   /* from then on the offset is the rotor's, whatever happens */
 #define STILL_MS     4u   /* without a count: the encoder may be dead */
 #define STILL_TURN   150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
 #define ACROSS_SHIFT 6    /* a 64th of the bus: what dead time leaves, across the current */
@@ -164,6 +165,11 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
     }
 }
 
+bool encoder_watch_offset_is_sure(const struct axis *a)
+{
+    return !a->start.remembered || a->supervision.encoder.agreed == AGREED_OFTEN;
+}
+
 /* No jump, but the EMF disagrees: counts lost one by one, or a jump while the EMF could not tell. */
 static void judge_by_emf(struct axis *a)
 {
@@ -171,6 +177,7 @@ static void judge_by_emf(struct axis *a)
     const bool backwards = e->speed_before_q32 < 0;
     const enum emf_verdict verdict = emf_judge(&e->emf, backwards);
     if (verdict == EMF_AGREES) {
+        e->agreed += e->agreed < AGREED_OFTEN ? 1u : 0u;
         e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
         return;
     }
@@ -180,7 +187,8 @@ static void judge_by_emf(struct axis *a)
     }
     e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
     if (e->against_ms >= TURNED_TIMES) {
-        fault_report(a, FAULT_ENCODER_SLIP, emf_angle_deg(&e->emf.filtered, backwards), 0);
+        const enum fault cause = encoder_watch_offset_is_sure(a) ? FAULT_ENCODER_SLIP : FAULT_OFFSET;
+        fault_report(a, cause, emf_angle_deg(&e->emf.filtered, backwards), 0);
     }
 }
 

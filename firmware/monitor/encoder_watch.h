@@ -28,6 +28,7 @@ struct encoder_watch {
     int32_t torque_q29;           /* the speed loop's torque memory then */
     struct emf_vector emf_before; /* and the EMF then */
     uint32_t against_ms;          /* how long the EMF has contradicted it */
+    uint32_t agreed;              /* how often it has agreed since operation began; AGREED_OFTEN at most */
     uint32_t still_ms;            /* time without a count, */
     uint32_t looked_ms;           /* the part of it in which the EMF was looked at, */
     uint32_t turning_ms;          /* and how long it has shown a rotor that turns nevertheless */
@@ -62,6 +63,9 @@ static inline bool encoder_watch_has_stopped(const struct encoder_watch *e)
 {
     return e->stopped;
 }
+
+/* True if the offset was found by this start, or the EMF has shown it since. Any context. */
+bool encoder_watch_offset_is_sure(const struct axis *a);
 
 /* True if counts were due but none came: a few milliseconds will decide, and the speed is unreliable until then. */
 bool encoder_watch_may_be_dead(const struct axis *a);

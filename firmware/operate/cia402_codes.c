@@ -59,6 +59,7 @@ static const uint16_t codes[FAULT_COUNT] = {
     [FAULT_SENSORS_EXCHANGED] = 0x5210,
     [FAULT_TEMPERATURE_SENSOR] = 0x7300,
     [FAULT_MASTER_LOST] = 0x8130, /* heartbeat */
+    [FAULT_OFFSET] = 0x7305,
 };
 
 uint32_t cia402_error_code(enum fault fault)

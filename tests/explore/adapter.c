@@ -215,7 +215,8 @@ static size_t key_of_drive(uint8_t *key)
     PUT(a->set_point.waits ? (runs ? a->set_point.mode : 254u) : 255u);
     PUT(on ? a->start.phase : 255u);
     PUT(on && (a->start.phase == START_CATCH || a->start.phase == START_DOUBT) ? a->flying.regulates : 255u);
-    PUT(a->start.aligned | a->start.index_known << 1 | a->start.wired << 2 | a->start.unseen << 3);
+    PUT(a->start.aligned | a->start.index_known << 1 | a->start.wired << 2 | a->start.unseen << 3 |
+        a->start.remembered << 4);
     PUT(on && a->start.learns);
     PUT(a->reactions.stopping | r->wanted << 1 | r->waiting << 2 | r->due << 3 | (r->resumes && r->wanted) << 4);
     PUT(r->count != 0u);
@@ -273,6 +274,7 @@ static const char *const state_names[] = {"not ready",
                                           "Hall",
                                           "learn hall: field",
                                           "learn hall: turn",
+                                          "offset check",
                                           "speed",
                                           "torque",
                                           "position",
@@ -283,7 +285,7 @@ static const char *const state_names[] = {"not ready",
                                           "learn cogging",
                                           "carries on"};
 #define PHASES   8
-#define MODES_AT 20
+#define MODES_AT 21
 const int explore_place_count = sizeof state_names / sizeof state_names[0];
 
 int explore_place(void)

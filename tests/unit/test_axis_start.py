@@ -9,7 +9,7 @@ import pytest
 from unit.test_axis import INDEX_SEEN
 from unit.test_state_machine import World
 
-CALIBRATION_MS, CALIBRATE, WIRING, ALIGN, FOLLOW, CATCH = 128, 0, 1, 2, 3, 6
+CALIBRATION_MS, CALIBRATE, WIRING, ALIGN, FOLLOW, CATCH, CONFIRM = 128, 0, 1, 2, 3, 6, 12
 
 
 @pytest.fixture
@@ -31,13 +31,42 @@ def cause(w):
 
 
 def test_an_aligned_drive_needs_the_zero_of_its_sensors(c, starting):
-    w = starting(True)
+    w = starting(False)
     w.step(CALIBRATION_MS - 1)
     assert w.axis.start.phase == CALIBRATE and w.fabric.gate.CONTROL == 0
+    w.axis.start.aligned = True  # in this start, as the twin writes it
     w.step()
     assert w.axis.start.phase == FOLLOW and w.fabric.gate.CONTROL == 1 and w.axis.loop.source == c.LOOP_ENCODER
     assert w.axis.loop.kp_d_q9 > 0
     assert w.step() == "OPERATION_ENABLED" and cause(w) == "NONE"
+
+
+def test_a_remembered_offset_is_held_against_the_rotor(c, starting):
+    """One that nothing moves is not seen, and so not believed: it is aligned."""
+    w = starting(True)
+    w.step(CALIBRATION_MS)
+    assert w.axis.start.phase == CONFIRM and w.axis.loop.source == c.LOOP_ENCODER and w.fabric.gate.CONTROL == 1
+    w.step(20)
+    assert w.axis.loop.i_d_ref_q15 < 0 and w.axis.loop.i_q_ref_q15 == 0
+    check = w.axis.start.check
+    check.step, check.holds, check.sense, check.ms, check.still_ms = 3, True, 0, 1000, 1000  # the last push, the other way
+    w.step()
+    assert w.axis.start.phase == WIRING and w.axis.loop.source == c.LOOP_FORCED and cause(w) == "NONE"
+    assert not w.axis.start.aligned and not w.axis.start.remembered
+
+
+@pytest.mark.parametrize("fault, forgets", [("OFFSET", True), ("STALL", True), ("SPEED_DEVIATION", True), ("OVERSPEED", True),
+                                            ("ENCODER_SLIP", True), ("OVERVOLTAGE", False), ("STO_A", False)])
+def test_what_a_fault_leaves_of_a_remembered_offset(c, starting, fault, forgets):
+    w = starting(True)
+    w.axis.start.index_known = True
+    c.start_doubt(w.axis, getattr(c, f"FAULT_{fault}"))
+    assert (w.axis.start.aligned, w.axis.start.index_known) == (not forgets, not forgets)
+    found = starting(False)
+    found.axis.start.aligned = found.axis.start.index_known = True
+    c.start_doubt(found.axis, getattr(c, f"FAULT_{fault}"))
+    assert found.axis.start.index_known == (fault != "OFFSET"), "what this start has found is not doubted"
+    assert found.axis.start.aligned == (fault not in ("OFFSET", "ENCODER_SLIP"))
 
 
 def test_an_unaligned_one_prescribes_the_field_and_looks_at_its_wiring(c, starting):
@@ -94,7 +123,7 @@ def test_a_rotor_whose_angle_is_unknown_must_stand(starting, aligned, counts, fa
             break
     assert cause(w) == (fault or "NONE")
     assert fault is None or list(w.axis.faults.detail) == [6, 4000]
-    assert fault is not None or w.axis.start.phase == (FOLLOW if aligned else WIRING)
+    assert fault is not None or w.axis.start.phase == (CONFIRM if aligned else WIRING)
 
 
 def test_a_sensor_whose_zero_is_off(starting):
@@ -204,7 +233,7 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
     assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
     p = w.axis.params
     p.pwm_samples, p.pwm_update, p.low_side_shunts, w.fabric.pwm.MODE = 2, 2, 0, 2
-    for phase in (WIRING, FOLLOW):
+    for phase in (WIRING, CONFIRM):
         assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
         w.fabric.adc.SEQUENCE += w.axis.loop.loops_per_slow - 20
         w.step()
@@ -217,7 +246,7 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
         show_wiring(wiring, w.axis.tuning.wiring_i_q15)
         w.fabric.adc.SEQUENCE += 20
         w.step()
-        assert w.axis.start.phase == FOLLOW and not w.axis.start.unseen
+        assert w.axis.start.phase == CONFIRM and not w.axis.start.unseen
         assert c.drive_switch_off(w.axis).error == c.ERROR_NONE
         w.fabric.adc.SEQUENCE += 20
         w.step()
