@@ -66,6 +66,7 @@ struct outcome drive_identify(struct axis *a);     /* measures the motor, then o
 struct outcome drive_identify_use(struct axis *a); /* turns results into parameters; value: how many changed */
 struct outcome drive_quick_stop(struct axis *a);   /* before operation, where nothing can brake, it switches off */
 struct outcome drive_clear_fault(struct axis *a);
+struct outcome drive_forget(struct axis *a); /* the encoder's offset, while off: the next start aligns */
 void drive_withdraw(
     struct axis *a); /* the operator no longer wants operation: nothing switches on by itself any more */
 struct outcome drive_clear_latches(struct axis *a); /* the same, not by a person: the retry count goes on */

@@ -119,6 +119,15 @@ struct outcome drive_identify_use(struct axis *a)
     return (struct outcome){ERROR_NONE, (int32_t)identify_use(&a->identify, &a->params)};
 }
 
+struct outcome drive_forget(struct axis *a)
+{
+    if (!drive_is_off(a)) {
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    start_forget(a);
+    return OUTCOME_OK;
+}
+
 void drive_withdraw(struct axis *a)
 {
     retry_withdraw(&a->retry);

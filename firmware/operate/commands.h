@@ -106,7 +106,7 @@ extern const struct command commands_cyclic[2];
 extern const struct command commands_learn[1];
 extern const struct command commands_zero[1];
 extern const struct command commands_fault[2];
-extern const struct command commands_angle[1];
+extern const struct command commands_angle[2];
 extern const struct command commands_params[2];
 extern const struct command commands_settings[2];
 extern const struct command commands_defaults[1];

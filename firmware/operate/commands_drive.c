@@ -218,5 +218,6 @@ const struct command commands_angle[] = {
     {"angle", " encoder|observer|hall",
      "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
      {ARGUMENT_CHOICE}, .run = run_angle},
+    {"forget", "", "the angle between encoder and magnets, while off: the next 'on' aligns", .request = drive_forget},
 };
 /* clang-format on */

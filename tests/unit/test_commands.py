@@ -340,7 +340,7 @@ def test_help_has_a_line_for_each_command(operator):
     assert [line.split(":")[0] for line in lines] == [
         "help", "help TOPIC", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A",
         "pv RPM", "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging|hall", "zero",
-        "fault", "clear", "angle encoder|observer|hall", "get PARAM", "set PARAM VALUE", "save", "load", "defaults",
+        "fault", "clear", "angle encoder|observer|hall", "forget", "get PARAM", "set PARAM VALUE", "save", "load", "defaults",
         "reaction", "reaction FAULT off|stop|warn|carry", "machine on|off",
         "scope trigger SIGNAL above|below|rises|falls VALUE",
         "scope signals A,B,...|every TICKS|before SAMPLES|trigger never", "scope list|arm|fire|off|read|fault", "scope",
