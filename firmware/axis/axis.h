@@ -135,6 +135,15 @@ static inline bool axis_fabric_doubted(const struct axis *a)
     return a->fabric_doubt == AXIS_FABRIC_DOUBTED;
 }
 
+/*
+ * 1, or -1 where the operator's forward is the machine's backward. The drive's inside knows the machine's alone: set-points are
+ * turned as they come in, speeds, positions and torques as they are shown. It changes only while the bridge is off.
+ */
+static inline int32_t axis_forward(const struct axis *a)
+{
+    return a->params.direction != 0 ? -1 : 1;
+}
+
 /* Milliseconds since the start, without wrapping. Any context. */
 uint64_t axis_up_ms(const struct axis *a);
 

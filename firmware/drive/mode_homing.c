@@ -64,7 +64,7 @@ static const struct set_point *hm_step(struct axis *a)
     modes_control_speed(a, a->tuning.ramp_q16);
     const enum homing_result result = homing_step(&m->homing, &view);
     if (result == HOMING_FAILED) {
-        fault_report(a, FAULT_HOMING, whole(m->turns.counts - m->homing.from), 0);
+        fault_report(a, FAULT_HOMING, axis_forward(a) * whole(m->turns.counts - m->homing.from), 0);
     }
     return result == HOMING_FOUND ? hm_finish(a) : NULL;
 }

@@ -58,37 +58,48 @@ void set_point_take(struct axis *a)
     }
 }
 
+/* One of the operator's, in the machine's direction. The least of 32 bits is its own opposite, as of any counter that wraps. */
+static int32_t turned(const struct axis *a, int32_t value)
+{
+    return axis_forward(a) < 0 ? (int32_t)(0u - (uint32_t)value) : value;
+}
+
+static struct outcome post_value(struct axis *a, enum axis_mode mode, int32_t value)
+{
+    return post(a, &(struct set_point){.mode = (uint8_t)mode, .value = turned(a, value)});
+}
+
 struct outcome drive_command_speed(struct axis *a, int32_t rpm)
 {
-    return post(a, &(struct set_point){.mode = AXIS_MODE_SPEED, .value = rpm});
+    return post_value(a, AXIS_MODE_SPEED, rpm);
 }
 
 struct outcome drive_command_current(struct axis *a, int32_t milliamp)
 {
-    return post(a, &(struct set_point){.mode = AXIS_MODE_TORQUE, .value = milliamp});
+    return post_value(a, AXIS_MODE_TORQUE, milliamp);
 }
 
 struct outcome drive_command_position(struct axis *a, int32_t counts, bool relative)
 {
     return post(a, &(struct set_point){.mode = AXIS_MODE_POSITION,
-                                       .value = relative ? 0 : counts,
+                                       .value = relative ? 0 : turned(a, counts),
                                        .relative = relative,
-                                       .by = relative ? counts : 0});
+                                       .by = relative ? turned(a, counts) : 0});
 }
 
 struct outcome drive_command_cyclic_position(struct axis *a, int32_t counts)
 {
-    return post(a, &(struct set_point){.mode = AXIS_MODE_CYCLIC_POSITION, .value = counts});
+    return post_value(a, AXIS_MODE_CYCLIC_POSITION, counts);
 }
 
 struct outcome drive_command_cyclic_speed(struct axis *a, int32_t rpm)
 {
-    return post(a, &(struct set_point){.mode = AXIS_MODE_CYCLIC_SPEED, .value = rpm});
+    return post_value(a, AXIS_MODE_CYCLIC_SPEED, rpm);
 }
 
 struct outcome drive_command_cyclic_current(struct axis *a, int32_t milliamp)
 {
-    return post(a, &(struct set_point){.mode = AXIS_MODE_CYCLIC_TORQUE, .value = milliamp});
+    return post_value(a, AXIS_MODE_CYCLIC_TORQUE, milliamp);
 }
 
 struct outcome drive_command_home(struct axis *a, enum homing_method method)

@@ -11,21 +11,22 @@ static int64_t target(const struct axis *a)
 static struct drive_status status_look(const struct axis *a)
 {
     const volatile struct current_loop *const loop = &a->loop;
+    const int32_t forward = axis_forward(a);
     return (struct drive_status){
         .state = a->state,
         .fault = a->faults.cause,
-        .speed_rpm_q4 = a->speed.speed_rpm_q4,
-        .speed_ref_rpm_q4 = a->speed.speed_ref_rpm_q4,
+        .speed_rpm_q4 = forward * a->speed.speed_rpm_q4,
+        .speed_ref_rpm_q4 = forward * a->speed.speed_ref_rpm_q4,
         .up_ms = axis_up_ms(a),
         .mode = a->mode,
         .homed = a->motion.homed,
-        .position = (int32_t)a->motion.turns.counts,
-        .target = (int32_t)position_counts(target(a), &a->tuning),
-        .error_counts = a->motion.position.error_counts,
+        .position = (int32_t)(forward * a->motion.turns.counts),
+        .target = (int32_t)(forward * position_counts(target(a), &a->tuning)),
+        .error_counts = forward * a->motion.position.error_counts,
         .i_d_q15 = loop->i_d_q15,
-        .i_q_q15 = loop->i_q_q15,
+        .i_q_q15 = forward * loop->i_q_q15,
         .i_d_ref_q15 = loop->i_d_ref_q15,
-        .i_q_ref_q15 = loop->i_q_ref_q15,
+        .i_q_ref_q15 = forward * loop->i_q_ref_q15,
         .vbus_q15 = loop->vbus_q15,
     };
 }

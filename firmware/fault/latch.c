@@ -14,9 +14,9 @@ static void take_snapshot(struct axis *a)
     s->i_b_q15 = sample.ib_q15;
     s->i_c_q15 = sample.ic_q15;
     s->i_d_q15 = a->loop.i_d_q15;
-    s->i_q_q15 = a->loop.i_q_q15;
+    s->i_q_q15 = axis_forward(a) * a->loop.i_q_q15;
     s->vbus_q15 = sample.vbus_q15;
-    s->speed_rpm_q4 = a->speed.speed_rpm_q4;
+    s->speed_rpm_q4 = axis_forward(a) * a->speed.speed_rpm_q4;
     s->angle_u16 = current_loop_angle_u16(&a->loop);
     s->gate_status = gate_status(&a->fabric->gate);
 }

@@ -97,7 +97,8 @@ static void lose_speed(struct axis *a)
     } else if (rotor_has_encoder(a) && encoder_watch_has_stopped(&a->supervision.encoder)) {
         fault_report(a, FAULT_STALL, 0, 0);
     } else {
-        fault_report(a, FAULT_SPEED_DEVIATION, (a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4) / 16, 0);
+        const int32_t missing_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
+        fault_report(a, FAULT_SPEED_DEVIATION, axis_forward(a) * missing_q4 / 16, 0);
     }
 }
 

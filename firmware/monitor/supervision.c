@@ -27,7 +27,7 @@ void supervision_begin(struct axis *a)
 static void watch_overspeed(struct axis *a)
 {
     if (q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
-        fault_report(a, FAULT_OVERSPEED, a->speed.speed_rpm_q4 / 16, 0);
+        fault_report(a, FAULT_OVERSPEED, axis_forward(a) * a->speed.speed_rpm_q4 / 16, 0);
     }
 }
 

@@ -270,7 +270,8 @@ static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const st
 {
     switch (now->mode) {
     case AXIS_MODE_SPEED:
-        return if_so(near_rpm_q4(now->speed_rpm_q4, a->speed.target_rpm_q16 / 4096), CIA402_REACHED) |
+        return if_so(near_rpm_q4(now->speed_rpm_q4, axis_forward(a) * (a->speed.target_rpm_q16 / 4096)),
+                     CIA402_REACHED) |
                if_so(near_rpm_q4(now->speed_rpm_q4, 0), CIA402_OF_MODE);
     case AXIS_MODE_POSITION:
         return if_so(profile_is_done(&a->motion.profile), CIA402_REACHED) |

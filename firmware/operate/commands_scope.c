@@ -66,10 +66,17 @@ static void put_signals(struct session *s)
 {
     for (size_t i = 0; i < signal_count; i++) {
         const struct signal_info *const info = &signal_table[i];
-        const struct signal_scale scale = signal_scale(info->format, s->axis);
+        const struct signal_scale scale = signal_scale(info, s->axis);
         text_print(&s->out, "%s %s %d/%u: %s\n", info->name, signal_unit(info->format), scale.milli, scale.per,
                    signal_text(info->name));
     }
+}
+
+/* The words are the operator's: of a signal with the opposite sign, what is below there is above here. */
+static enum capture_when turned(enum capture_when when, const struct signal_info *info, const struct axis *a)
+{
+    const bool opposite = when != CAPTURE_NEVER && info->turned && axis_forward(a) < 0;
+    return opposite ? (enum capture_when)(((uint32_t)when - CAPTURE_ABOVE) ^ 1u) + CAPTURE_ABOVE : when;
 }
 
 static void put_trigger(struct session *s)
@@ -79,8 +86,8 @@ static void put_trigger(struct session *s)
     if (c->when == CAPTURE_NEVER) {
         text_put(&s->out, "trigger: never");
     } else {
-        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[c->when],
-                   signal_milli(signal_scale(info->format, s->axis), c->level), signal_unit(info->format));
+        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[turned(c->when, info, s->axis)],
+                   signal_milli(signal_scale(info, s->axis), c->level), signal_unit(info->format));
     }
     text_print(&s->out, ", before: %u of %u samples\n", c->before, scope_capacity(s->scope));
 }
@@ -111,7 +118,7 @@ static void put_heading(struct session *s, enum scope_record record, const struc
                fault ? 0u : s->scope->torn, fault ? 0u : s->scope->late);
     put_names(s, extent->choice, " ");
     for (uint32_t i = 0; i < extent->words; i++) {
-        const struct signal_scale scale = signal_scale(signal_table[extent->choice->which[i]].format, s->axis);
+        const struct signal_scale scale = signal_scale(&signal_table[extent->choice->which[i]], s->axis);
         text_print(&s->out, "%s%d/%u", i == 0u ? "\n" : " ", scale.milli, scale.per);
     }
     text_put(&s->out, "\n");
@@ -247,8 +254,9 @@ static void run_scope_trigger(struct session *s, const struct arguments *a)
 {
     const uint32_t signal = (uint32_t)a->value[2];
     const enum capture_when when = (enum capture_when)(CAPTURE_ABOVE + a->value[3]);
-    const struct signal_scale scale = signal_scale(signal_table[signal].format, s->axis);
-    answer(s, outcome_of(scope_set_trigger(s->scope, signal, when, signal_raw(scale, a->value[4]))));
+    const struct signal_info *const info = &signal_table[signal];
+    const int32_t level = signal_raw(signal_scale(info, s->axis), a->value[4]);
+    answer(s, outcome_of(scope_set_trigger(s->scope, signal, turned(when, info, s->axis), level)));
 }
 
 /* The answer goes out at the old rate; "0" ends the stream, whatever rate follows it. */

@@ -86,7 +86,9 @@ struct object_view object_view(const struct bus_drive *d)
     return (struct object_view){d->axis,
                                 &d->cia402,
                                 drive_status(d->axis),
-                                {.setpoints = d->cia402.setpoints, .source = d->axis->tuning.angle_source}};
+                                {.setpoints = d->cia402.setpoints,
+                                 .source = d->axis->tuning.angle_source,
+                                 .polarity = axis_forward(d->axis) < 0 ? OBJECTS_TURNED : 0u}};
 }
 
 uint32_t object_get(const struct object_view *v, const struct object_place *p)
@@ -158,6 +160,11 @@ static enum object_refusal change_object(struct object_change *c, uint32_t objec
     set_object(&c->writable, object, value);
     if (object <= OBJECT_homing_method) {
         c->setpoints |= 1u << object;
+    }
+    if (object == OBJECT_polarity) { /* the drive has one direction for both */
+        c->params.direction = w->polarity == OBJECTS_TURNED ? 1 : 0;
+        c->params_changed++;
+        return w->polarity == OBJECTS_TURNED || w->polarity == 0u ? OBJECT_FINE : OBJECT_BAD_VALUE;
     }
     if ((object == OBJECT_store && w->store != OBJECTS_SAVE) ||
         (object == OBJECT_restore && w->restore != OBJECTS_LOAD)) {

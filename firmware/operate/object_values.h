@@ -44,6 +44,7 @@ struct object_writable {
     struct cia402_setpoints setpoints;
     uint32_t source; /* of the angle */
     uint32_t store, restore;
+    uint32_t polarity; /* parameter direction: OBJECTS_TURNED, or 0 */
 };
 
 /* Values of one instant. */

@@ -27,6 +27,8 @@
       w->setpoints.homing_method) \
     X(0x0008, 0, U16, RW, angle_source, "", "in effect: 0 encoder, 1 observer, 2 Hall; written: takes over while it turns", \
       w->source) \
+    X(0x000C, 0x607E00, U8, RW, polarity, "", "parameter direction: 0x00, or 0xC0, position and velocity turned together", \
+      w->polarity) \
     X(0x0010, 0x604100, U16, RO, status_word, "", "the state machine", cia402_status_word(cia402, axis, now)) \
     X(0x0011, 0x606100, I8, RO, mode_display, "", "the mode in effect; -1 learns cogging", cia402_mode_display(cia402, now)) \
     X(0x0012, 0x606C00, I32, RO, velocity, "0.001 rpm", "measured", quantity_milli_rpm(now->speed_rpm_q4)) \
@@ -107,6 +109,7 @@ extern const struct object_row objects[OBJECT_COUNT];
 #define OBJECTS_INDEX  0x2000u /* CANopen: where an object stands that the standards do not have; from its register on */
 #define OBJECTS_SAVE   0x65766173u /* "save", least significant letter first: CiA 301 */
 #define OBJECTS_LOAD   0x64616F6Cu
+#define OBJECTS_TURNED 0xC0u       /* of 0x607E: bit 7 position, bit 6 velocity */
 #define OBJECTS_DEVICE 0x00020192u /* a servo drive of CiA 402 */
 
 #define MODBUS_MAP_VERSION 1

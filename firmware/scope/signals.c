@@ -6,10 +6,11 @@
 _Static_assert(sizeof(struct axis) < 65536u && sizeof(struct fabric) < 65536u, "offsets have 16 bits");
 
 /* clang-format off */
-#define OF_AXIS(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false }
+#define OF_AXIS(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false, false }
+#define TURNED(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false, true }
 #define OF_TWO(name, member, other, format) \
-    { name, format, (uint16_t)offsetof(struct axis, member), (uint16_t)offsetof(struct axis, other), false }
-#define OF_FABRIC(name, member, format) { name, format, (uint16_t)offsetof(struct fabric, member), 0u, true }
+    { name, format, (uint16_t)offsetof(struct axis, member), (uint16_t)offsetof(struct axis, other), false, false }
+#define OF_FABRIC(name, member, format) { name, format, (uint16_t)offsetof(struct fabric, member), 0u, true, false }
 
 const struct signal_info signal_table[] = {
     /* new with each sample of the current loop */
@@ -21,22 +22,22 @@ const struct signal_info signal_table[] = {
     OF_FABRIC("gate", gate.STATUS, SIGNAL_NUMBER),
     OF_FABRIC("sequence", adc.SEQUENCE, SIGNAL_NUMBER),
     OF_AXIS("i_d", loop.i_d_q15, SIGNAL_CURRENT),
-    OF_AXIS("i_q", loop.i_q_q15, SIGNAL_CURRENT),
+    TURNED("i_q", loop.i_q_q15, SIGNAL_CURRENT),
     OF_AXIS("i_d_ref", loop.i_d_ref_q15, SIGNAL_CURRENT),
-    OF_AXIS("i_q_ref", loop.i_q_ref_q15, SIGNAL_CURRENT),
+    TURNED("i_q_ref", loop.i_q_ref_q15, SIGNAL_CURRENT),
     OF_AXIS("v_d", loop.v_d_steps, SIGNAL_STEPS),
-    OF_AXIS("v_q", loop.v_q_steps, SIGNAL_STEPS),
+    TURNED("v_q", loop.v_q_steps, SIGNAL_STEPS),
     OF_TWO("angle", loop.pll.angle_q32, loop.angle_offset_q32, SIGNAL_ANGLE),
     OF_AXIS("turning", loop.pll.speed_q32, SIGNAL_TURNING),
     OF_AXIS("field", loop.field_angle_q32, SIGNAL_ANGLE),
     OF_AXIS("flux_a", loop.flux.flux_alpha, SIGNAL_NUMBER),
     OF_AXIS("flux_b", loop.flux.flux_beta, SIGNAL_NUMBER),
     /* new each millisecond */
-    OF_AXIS("speed", speed.speed_rpm_q4, SIGNAL_RPM_Q4),
-    OF_AXIS("speed_ref", speed.speed_ref_rpm_q4, SIGNAL_RPM_Q4),
-    OF_AXIS("target", speed.target_rpm_q16, SIGNAL_RPM_Q16),
-    OF_AXIS("position", motion.turns.counts, SIGNAL_COUNTS),
-    OF_AXIS("error", motion.position.error_counts, SIGNAL_COUNTS),
+    TURNED("speed", speed.speed_rpm_q4, SIGNAL_RPM_Q4),
+    TURNED("speed_ref", speed.speed_ref_rpm_q4, SIGNAL_RPM_Q4),
+    TURNED("target", speed.target_rpm_q16, SIGNAL_RPM_Q16),
+    TURNED("position", motion.turns.counts, SIGNAL_COUNTS),
+    TURNED("error", motion.position.error_counts, SIGNAL_COUNTS),
     OF_AXIS("winding", thermal.winding_q4, SIGNAL_KELVIN_Q4),
     OF_AXIS("state", state, SIGNAL_NUMBER),
     OF_AXIS("fault", faults.cause, SIGNAL_NUMBER),
@@ -89,11 +90,12 @@ static const struct {
     [SIGNAL_KELVIN_Q4] = {"degC", 1000, 16u, 0u},
 };
 
-struct signal_scale signal_scale(enum signal_format format, const struct axis *a)
+struct signal_scale signal_scale(const struct signal_info *info, const struct axis *a)
 {
-    const uint32_t times = signal_formats[format].times;
+    const uint32_t times = signal_formats[info->format].times;
     const int32_t *const word = (const int32_t *)(const void *)((const char *)a + times);
-    return (struct signal_scale){signal_formats[format].milli * (times == 0u ? 1 : *word), signal_formats[format].per};
+    const int32_t milli = signal_formats[info->format].milli * (times == 0u ? 1 : *word);
+    return (struct signal_scale){info->turned ? axis_forward(a) * milli : milli, signal_formats[info->format].per};
 }
 
 const char *signal_unit(enum signal_format format)
@@ -115,7 +117,8 @@ int32_t signal_milli(struct signal_scale scale, int32_t raw)
 
 int32_t signal_raw(struct signal_scale scale, int32_t milli)
 {
-    return quotient((int64_t)milli * (int64_t)scale.per, scale.milli);
+    const int64_t sign = scale.milli < 0 ? -1 : 1;
+    return quotient(sign * milli * (int64_t)scale.per, sign * scale.milli);
 }
 
 struct signal_choice signal_default(void)

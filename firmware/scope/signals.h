@@ -32,6 +32,7 @@ struct signal_info {
     uint16_t offset; /* bytes, into the axis or its fabric */
     uint16_t added;  /* of the word to add; 0: none */
     bool of_fabric;
+    bool turned; /* its sign is the operator's forward (axis_forward()), not the machine's */
 };
 
 /* Where a signal is read. `added` is never NULL: it may point to a word that is 0. */
@@ -46,7 +47,7 @@ struct signal_choice {
     uint8_t which[SIGNALS_MOST];
 };
 
-/* A value in thousandths of its unit is raw * milli / per. */
+/* A value in thousandths of its unit is raw * milli / per; less than 0 where the signs are opposite. */
 struct signal_scale {
     int32_t milli;
     uint32_t per;
@@ -62,7 +63,7 @@ size_t signal_find(const char *name, size_t length);
 struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing);
 
 /* With the present ranges. Thread. */
-struct signal_scale signal_scale(enum signal_format format, const struct axis *a);
+struct signal_scale signal_scale(const struct signal_info *info, const struct axis *a);
 
 /* "A", "rpm", ... Any context. */
 const char *signal_unit(enum signal_format format);

@@ -185,7 +185,9 @@ enum param_angle {
     PARAM(can_recover, 0, 1, 0, "back from bus-off: 0 when a CAN parameter is set, 1 by itself") \
     /* can.md: bus-off */ \
     PARAM(can_heartbeat_ms, 0, 65535, 0, "time between heartbeats, object 0x1017 at first; 0: none") \
-    /* can.md: heartbeat */
+    /* can.md: heartbeat */ \
+    PARAM(direction, 0, 1, 0, "1: the shaft turns the other way for all set-points; what is shown, too") \
+    /* guides/your-motor.md: which way is forward */
 /* clang-format on */
 
 #define PARAM_FIELD(name, least, most, initial, what) int32_t name;

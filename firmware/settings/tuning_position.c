@@ -48,7 +48,7 @@ void tuning_position(const struct params *p, struct tuning *t)
     t->position_gain_q21 = (int32_t)scale(2LL * t->rpm_per_unit_q20, bw_mhz * (TWO_PI_E9 / MILLI), 1000000000000LL);
     t->following_units = turn_units * p->following_mturn / MILLI;
     t->cyclic_ms = p->cyclic_ms;
-    t->home_rpm_q16 = p->home_rpm * 65536;
+    t->home_rpm_q16 = (p->direction != 0 ? -p->home_rpm : p->home_rpm) * 65536;
     t->learn_rpm_q16 = p->learn_rpm * 65536;
     t->turn_scale_q32 = (uint32_t)scale(1, 1LL << 32, p->encoder_counts);
     t->home_i_q15 = t->i_max_q15 * p->home_pct / 100;

@@ -12,7 +12,7 @@ GROUPS = {
     "Power stage": "i_range_ma v_range_mv bus_capacitance_uf chopper_on_mv chopper_off_mv low_side_shunts modulator_osr"
                    " pwm_update pwm_samples overmodulation",
     "Loops": "current_bw_hz speed_bw_hz torque_mean_ms position_bw_hz",
-    "Angle": "angle_source encoder_counts i_align_ma injection_mv injection_silent hall_states hall_edge_1_cdeg"
+    "Angle": "angle_source direction encoder_counts i_align_ma injection_mv injection_silent hall_states hall_edge_1_cdeg"
              " hall_edge_2_cdeg hall_edge_3_cdeg hall_edge_4_cdeg hall_edge_5_cdeg hall_edge_6_cdeg",
     "Position": "profile_speed_pm profile_rpm_s profile_jerk_ms following_mturn cyclic_ms home_rpm home_pct home_turns"
                 " learn_rpm",

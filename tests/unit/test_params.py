@@ -40,8 +40,8 @@ def test_units_follow_from_names(c):
     assert {name: units[name] for name in some} == some
     assert {name for name, unit in units.items() if not unit} == {
         "pole_pairs", "emf_beyond_v_max", "pwm_update", "pwm_samples", "overmodulation", "low_side_shunts", "modulator_osr",
-        "angle_source", "hall_states", "retry_count", "modbus_address", "modbus_parity", "can_node", "can_kbit", "can_recover",
-        "injection_silent"}
+        "angle_source", "direction", "hall_states", "retry_count", "modbus_address", "modbus_parity", "can_node", "can_kbit",
+        "can_recover", "injection_silent"}
 
 
 def test_what_is_not_there_is_not_found(c):

@@ -69,13 +69,17 @@ def test_every_signal_has_a_name_and_a_text_of_its_own(c):
         assert c.signal_find(name.encode(), len(name) - 1) == len(names) or name[:-1] in names
 
 
-@given(raw=INT32, milli=INT32, form=st.integers(0, 9), i_range=st.integers(100, 2000000))
-def test_units_against_exact_arithmetic(c, raw, milli, form, i_range):
+@given(raw=INT32, milli=INT32, form=st.integers(0, 9), i_range=st.integers(100, 2000000), turned=st.booleans(),
+       direction=st.integers(0, 1))
+def test_units_against_exact_arithmetic(c, raw, milli, form, i_range, turned, direction):
     axis = c.axis()
     axis.params.i_range_ma, axis.params.v_range_mv, axis.loop.loops_per_slow = i_range, i_range, 20
-    scale = c.signal_scale(form, axis)
+    axis.params.direction = direction
+    sign = -1 if turned and direction else 1
+    scale = c.signal_scale(c.signal_info(format=form, turned=turned), axis)
 
     def nearest(top, by):
+        top, by = (top, by) if by > 0 else (-top, -by)
         return max(-2**31, min(2**31 - 1, (abs(top) + by // 2) // by * (1 if top >= 0 else -1)))
     assert c.signal_milli(scale, raw) == nearest(raw * scale.milli, scale.per)
     assert c.signal_raw(scale, milli) == nearest(milli * scale.per, scale.milli)
@@ -83,7 +87,7 @@ def test_units_against_exact_arithmetic(c, raw, milli, form, i_range):
                 c.SIGNAL_TURNING: (20000 * 1000, 2**32), c.SIGNAL_RPM_Q4: (1000, 16), c.SIGNAL_RPM_Q16: (1000, 65536)}
     if form in expected:
         milli_per_step, steps = expected[form]
-        assert scale.milli * steps == milli_per_step * scale.per
+        assert scale.milli * steps == sign * milli_per_step * scale.per
 
 
 def test_a_sum_of_two_words_wraps(scoped):
