@@ -62,7 +62,7 @@ def pytest_addoption(parser):
 
 
 class Until:
-    """Ends the session in time. What was left out is said, and is no failure."""
+    """Ends the session in time, each worker its own part, since xdist waits for what it has handed out. No failure, but said."""
     def __init__(self, config):
         self.config, self.ends, self.played = config, config.getoption("--until"), 0
 
@@ -85,7 +85,7 @@ class Until:
 
 
 def pytest_configure(config):
-    if config.getoption("--until") and not hasattr(config, "workerinput"):
+    if config.getoption("--until"):
         config.pluginmanager.register(Until(config))
     config.addinivalue_line("markers", "rest: more of what other tests show; `make test ALL=1`, and so .ci/run, has it")
     config.addinivalue_line("markers", "long: the same, for a night: only `make test ALL=2` has it")
