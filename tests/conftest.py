@@ -62,7 +62,7 @@ def pytest_addoption(parser):
 
 
 class Until:
-    """Ends the session in time, each worker its own part, since xdist waits for what it has handed out. No failure, but said."""
+    """Ends the session in time, each worker its own part, since xdist waits for what it has handed out. Said; no failure."""
     def __init__(self, config):
         self.config, self.ends, self.played = config, config.getoption("--until"), 0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The last lines of .ci/run: what was done on the other Debian, what was not; then the runner's closing line, and its status."""
+"""The last lines of .ci/run: what the other Debian did, and what not; then the runner's closing line, and its status."""
 import os
 import shutil
 import subprocess
