@@ -20,7 +20,14 @@ from launcher.qemu import Image, Qemu, bus_chardev, command, escape, line_charde
 from launcher.scenario import Scenario, Step
 from launcher.simulate import prepare, write
 
-PATIENCE_S = 60
+PATIENCE_S = 600  # only what hangs takes so long, on a busy machine, too
+
+
+def until(holds, told, patience_s=PATIENCE_S):
+    end_s = time.monotonic() + patience_s
+    while not holds():
+        assert time.monotonic() < end_s, f"never, in {patience_s:g} s: {told}"
+        time.sleep(0.05)
 
 
 def _pace(process, progress, over):

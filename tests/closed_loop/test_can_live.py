@@ -45,6 +45,6 @@ def test_the_eds_is_valid(programs, tmp_path, axes):
 @pytest.mark.parametrize("case", CASES)
 def test_a_master_by_canopen(case, programs, sheet, drive):
     port, files = drive
-    said = subprocess.run([programs / "python", CLIENT, case, str(port), sheet], capture_output=True, text=True, timeout=180,
+    said = subprocess.run([programs / "python", CLIENT, case, str(port), sheet], capture_output=True, text=True, timeout=1800,
                           check=False)
     assert said.stdout.strip() == "done", said.stderr[-2000:] + files["can_log"].read_text()[-1500:]

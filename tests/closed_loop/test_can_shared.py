@@ -16,7 +16,7 @@ from launcher.paths import REPO, build_dir
 from tools.eds import eds
 
 from closed_loop.client_venv import environment
-from closed_loop.live import PATIENCE_S, free_port, live_can
+from closed_loop.live import PATIENCE_S, free_port, live_can, until
 
 CLIENT = REPO / "tests/closed_loop/canopen_two.py"
 TYPED = """title = "a node"
@@ -53,13 +53,6 @@ def consoles(folder):
         for process in started:
             process.kill()
             process.wait()
-
-
-def until(holds, told, patience_s=PATIENCE_S):
-    end_s = time.monotonic() + patience_s
-    while not holds():
-        assert time.monotonic() < end_s, f"never: {told}"
-        time.sleep(0.05)
 
 
 def listening(port):

@@ -3,13 +3,14 @@
 import re
 import subprocess
 import sys
-import time
 
 import pytest
 
 import mssfoc
+from closed_loop import live
 from closed_loop.client_venv import installed_in
 from closed_loop.live import free_port, live_everything
+from launcher.qemu import progress_s
 from tools.param_rows import param_rows
 from unit.conftest import ROOT
 
@@ -21,11 +22,16 @@ EXAMPLES = dict(re.findall(r"<!-- example: (\w+) -->\n```python\n(.*?)```", PAGE
 
 
 @pytest.fixture(scope="module")
-def places(tmp_path_factory):
-    """{port in the page: port of the running drive}"""
+def running(tmp_path_factory):
+    """{port in the page: port of the running drive}, and the file with its simulated time"""
     ports = {page: free_port() for page in ("5021", "5022", "29536")}
-    with live_everything(tmp_path_factory.mktemp("live"), *ports.values(), "set can_node 5"):
-        yield ports
+    with live_everything(tmp_path_factory.mktemp("live"), *ports.values(), "set can_node 5") as files:
+        yield ports, files["progress"]
+
+
+@pytest.fixture(scope="module")
+def places(running):
+    return running[0]
 
 
 @pytest.fixture
@@ -197,7 +203,7 @@ def python_of(block):
             + "\n    return [Register0, Register1, Register2, Register3], Operates, Faulted, Refused\n")
 
 
-def test_the_block_for_a_plc_turns_the_motor(installed, places, tmp_path):
+def test_the_block_for_a_plc_turns_the_motor(installed, running, places, tmp_path):
     """A parser of others takes it; and cycle by cycle, as a PLC does, it starts, turns, survives a fault and stops."""
     file = tmp_path / "drive.st"
     file.write_text(PLC)
@@ -216,23 +222,22 @@ def test_the_block_for_a_plc_turns_the_motor(installed, places, tmp_path):
     slave = minimalmodbus.Instrument(port, 1)
 
     def until(condition, **inputs):
-        end_s = time.monotonic() + 60
-        while True:
+        def cycle():
             status, _, high, low, *_ = slave.read_registers(16, 8)
             given = {"Enable": False, "Reset": False, "Velocity": 0, **inputs}
             registers, *flags = functions["block"](Register16=status, **given)
             slave.write_registers(0, registers)
             rpm = ((high << 16 | low) ^ 1 << 31) - (1 << 31)
-            if condition(rpm / 1000, *flags):
-                return
-            assert time.monotonic() < end_s, (status, rpm, flags)
+            return condition(rpm / 1000, *flags)
+        live.until(cycle, f"what the block shows with {inputs}")
 
     until(lambda rpm, operates, *_: operates and abs(rpm + 800) < 10, Enable=True, Velocity=-800)
     until(lambda rpm, operates, *_: operates and abs(rpm - 300) < 10, Enable=True, Velocity=300)
     until(lambda rpm, operates, *_: not operates and abs(rpm) < 10, Velocity=300)
-    slave.write_registers(COMMAND_TIMEOUT_MS, [0, 300])
+    slave.write_registers(COMMAND_TIMEOUT_MS, [0, 3000])
     until(lambda _, operates, *__: operates, Enable=True)
-    time.sleep(1)  # the PLC's cable is out
+    over_s = progress_s(running[1]) + 4
+    live.until(lambda: progress_s(running[1]) > over_s, "the PLC's cable is out for 4 s of the drive's time")
     until(lambda _, operates, faulted, refused: faulted and not refused, Enable=True)
     until(lambda _, operates, *__: operates, Enable=True, Reset=True)
     until(lambda _, operates, *__: not operates)

@@ -3,12 +3,11 @@
 import inspect
 import re
 import struct
-import time
 
 import pytest
 from pymodbus.client import ModbusSerialClient
 
-from closed_loop.live import live
+from closed_loop.live import live, until
 from closed_loop.modbus_transcript import transcript
 from unit.conftest import ROOT
 
@@ -64,21 +63,18 @@ def test_the_program_of_the_page_turns_the_motor(drive):
     said = []
     exec(program[program.index("for word"):], {"drive": drive, "print": said.append})  # pylint: disable=exec-used
     assert len(said[0]) == 8
-    for _ in range(300):
-        status, _, high, low = answered(lambda: drive.read_holding_registers(16, count=4, slave=1)).registers
-        if status & 0x427 == 0x427 and (high << 16 | low) == pytest.approx(1500000, rel=0.01):
-            break
-        time.sleep(0.1)
-    else:
-        raise AssertionError(f"status {status:#06x}, {high << 16 | low} mrpm")
+
+    def registers(count):
+        return answered(lambda: drive.read_holding_registers(16, count=count, slave=1)).registers
+
+    def turns():
+        status, _, high, low = registers(4)
+        return status & 0x427 == 0x427 and (high << 16 | low) == pytest.approx(1500000, rel=0.01)
+
+    until(turns, "1500 rpm")
     quick_stop = answered(lambda: drive.mask_write_register(address=0, and_mask=0xFFF0, or_mask=0x0002, **SLAVE))
     assert quick_stop.function_code == 22
-    for _ in range(300):
-        if answered(lambda: drive.read_holding_registers(16, count=1, slave=1)).registers[0] & 0x4F == 0x40:
-            break
-        time.sleep(0.1)
-    else:
-        raise AssertionError("it did not stop")
+    until(lambda: registers(1)[0] & 0x4F == 0x40, "it stops")
 
 
 def test_pymodbus_sees_exceptions_and_reads_what_it_writes(drive):

@@ -60,9 +60,9 @@ def said(elf, tmp_path, arguments=("-M", "emcraft-sf2", "-nographic")):
                                    stdin=subprocess.DEVNULL, stdout=stream, stderr=stream, env=qemu.environment())
         limit = time.monotonic() + WALL_S
         try:
-            while process.poll() is None and time.monotonic() < limit and b"own program: " not in console.read_bytes():
+            ended = re.compile(rb"own program: .*\n")
+            while process.poll() is None and time.monotonic() < limit and not ended.search(console.read_bytes()):
                 time.sleep(0.02)
-            time.sleep(0.05)  # the last word
         finally:
             process.kill()
             process.wait()
