@@ -130,15 +130,6 @@ def test_where_iron_saturates_qs_gain_is_that_of_the_present_current(c, loop, wi
     assert loop.kp_d_q9 == before and loop.kp_q_q9 == pytest.approx(float(exact * 2100 / inductance + ki), rel=0.01)
 
 
-def test_no_admitted_iron_divides_by_zero(c, loop):
-    """At rest the divisor is the inductance at rated current by that at rest, which may be less than an LSB."""
-    loop, fabric, _ = loop
-    outcome, _, tuning = compute(c, {**shipped(), "lq_uh": 15, "lq_rest_uh": 1000000, "i_rated_ma": 8000})
-    loop.i_q_ref_q15 = loop.i_q_q15 = 0
-    c.current_loop_follow(loop, fabric, tuning)
-    assert outcome == "ERROR_NONE" and loop.kp_q_q9 == KP_MAX
-
-
 def test_a_prescribed_field_has_no_q_axis_of_the_rotor(c, loop):
     """There the rotor's d may lie: with the gain of its q without current the loop would swing."""
     loop, fabric, _ = loop
