@@ -33,7 +33,7 @@
 
 enum { STEP_AXIS, STEP_HALVE, STEP_ACROSS, STEP_REVERSE };
 
-static void push(struct offset_check *o, uint32_t step, uint32_t along_q32)
+static void push_along(struct offset_check *o, uint32_t step, uint32_t along_q32)
 {
     o->step = step;
     o->holds = false;
@@ -63,7 +63,7 @@ void offset_check_start(struct offset_check *o, const struct tuning *t, uint32_t
         .damping_ms = level->period_ms * DAMPING,
         .rest_ms = q15_max(REST_MS, level->period_ms / REST_PART) + (int32_t)(t->encoder_scale_q32 >> REST_SHIFT),
     };
-    push(o, STEP_AXIS, 180u * DEGREE_Q32);
+    push_along(o, STEP_AXIS, 180u * DEGREE_Q32);
     emf_reset(&o->emf, t);
     emf_of_counts(&o->emf, t->encoder_scale_q32);
 }
@@ -80,14 +80,14 @@ static enum offset_result found(struct offset_check *o, int32_t off_q4)
 static enum offset_result push_beside(struct offset_check *o, int32_t middle_q4)
 {
     o->middle_q4 = middle_q4;
-    push(o, STEP_HALVE, (uint32_t)(HALF_Q4 + middle_q4) * DEGREE_Q4_Q32);
+    push_along(o, STEP_HALVE, (uint32_t)(HALF_Q4 + middle_q4) * DEGREE_Q4_Q32);
     return OFFSET_RUNNING;
 }
 
 /* Nothing is wrong here: then elsewhere, as exchanged phases mirror the angle and would be right at two places of a turn. */
 static enum offset_result go_on(struct offset_check *o)
 {
-    push(o, STEP_ACROSS, 90u * DEGREE_Q32);
+    push_along(o, STEP_ACROSS, 90u * DEGREE_Q32);
     return o->elsewhere ? OFFSET_RIGHT : OFFSET_RUNNING;
 }
 
@@ -132,15 +132,15 @@ static enum offset_result take_across(struct offset_check *o)
         return OFFSET_UNSEEN;
     }
     if (sense == 0) {
-        push(o, STEP_REVERSE, 270u * DEGREE_Q32);
+        push_along(o, STEP_REVERSE, 270u * DEGREE_Q32);
     } else {
         o->elsewhere = true;
-        push(o, STEP_AXIS, 0);
+        push_along(o, STEP_AXIS, 0);
     }
     return OFFSET_RUNNING;
 }
 
-static enum offset_result take(struct offset_check *o)
+static enum offset_result conclude(struct offset_check *o)
 {
     switch (o->step) {
     case STEP_AXIS:
@@ -181,16 +181,16 @@ static void step_push(struct offset_check *o)
     o->i_moves_q15 = o->i_q15;
 }
 
-static bool goes_on(const struct offset_check *o)
+static bool is_underway(const struct offset_check *o)
 {
     return o->step >= STEP_ACROSS && (int32_t)o->ms < o->second_ms;
 }
 
 /*
- * A load that the opposite of a weak push does not hold: then by the strongest torque that a guess of the magnets' place allows,
- * more likely near than far.
+ * A load that the opposite of a weak push does not hold: then by the strongest torque that a guess of the magnets' place
+ * allows, more likely near than far.
  */
-static void hold_firmly(struct offset_check *o)
+static void hold_load(struct offset_check *o)
 {
     const int32_t width_q4 = o->step == STEP_AXIS ? HALF_Q4 : o->high_q4 - o->low_q4;
     const int32_t within_q4 = q15_min(width_q4 / 2, NEAR_Q4);
@@ -209,7 +209,7 @@ static void catch_load(struct offset_check *o, int32_t way)
     }
     o->caught++;
     if (o->caught == 1) {
-        hold_firmly(o);
+        hold_load(o);
     } else {
         o->along_q32 += (uint32_t)HALF_Q4 * DEGREE_Q4_Q32;
     }
@@ -222,7 +222,7 @@ static int32_t goal(const struct offset_check *o)
     return o->step >= STEP_ACROSS ? o->from + o->sense * (o->second * ms / o->second_ms) : o->from;
 }
 
-/* A spring and a damper take it there, by a current of the push's own direction; on the way on, beside the one that moved it. */
+/* A spring and a damper take it there, by a current of the push's own direction; on the way on, beside what has moved it. */
 static void step_hold(struct offset_check *o, const struct tuning *t, int32_t moved)
 {
     const int32_t way = o->counts - goal(o);
@@ -231,17 +231,17 @@ static void step_hold(struct offset_check *o, const struct tuning *t, int32_t mo
     const int64_t pull_q16 = (int64_t)way * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
     const int32_t share_q16 = q15_clamp((int32_t)(pull_q16 * t->encoder_scale_q32 >> 32), -65536, 65536);
     const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_most_q15 * share_q16) >> 16);
-    o->i_q15 = q15_clamp(i_q15 + (goes_on(o) ? o->i_moves_q15 : 0), -o->i_most_q15, o->i_most_q15);
+    o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_most_q15, o->i_most_q15);
 }
 
 static bool rests(const struct offset_check *o)
 {
     const int32_t most_ms = REST_TIMES * o->rest_ms + (o->step >= STEP_ACROSS ? o->second_ms : 0);
-    return (o->still_ms >= o->rest_ms && (o->sense == 0 || !goes_on(o))) || (int32_t)o->ms >= most_ms;
+    return (o->still_ms >= o->rest_ms && (o->sense == 0 || !is_underway(o))) || (int32_t)o->ms >= most_ms;
 }
 
 /* A load that falls: what it does to the rotor is no longer the current's. */
-static bool is_away(const struct offset_check *o, const struct tuning *t)
+static bool has_turned_away(const struct offset_check *o, const struct tuning *t)
 {
     return q15_abs(o->counts) > t->encoder_counts / t->pole_pairs / AWAY_PART + AWAY_TIMES * o->moves;
 }
@@ -276,7 +276,7 @@ static enum offset_result step_fade(struct offset_check *o)
     }
     o->i_q15 = o->i_moves_q15 / o->rest_ms * q15_max(left_ms, 0);
     o->fades = left_ms > 0;
-    return o->fades ? OFFSET_RUNNING : take(o);
+    return o->fades ? OFFSET_RUNNING : conclude(o);
 }
 
 static enum offset_result step_pushes(struct offset_check *o, volatile struct current_loop *c, const struct tuning *t,
@@ -288,12 +288,12 @@ static enum offset_result step_pushes(struct offset_check *o, volatile struct cu
         step_push(o);
     } else if (o->fades) {
         result = step_fade(o);
-    } else if (is_away(o, t)) {
+    } else if (has_turned_away(o, t)) {
         result = carried_away(o);
     } else if (rests(o) && turned_forward(o)) {
         begin_fading(o);
     } else if (rests(o)) {
-        result = take(o);
+        result = conclude(o);
         o->i_q15 = 0;
     } else {
         step_hold(o, t, moved);

@@ -73,7 +73,7 @@ static void put_signals(struct session *s)
 }
 
 /* The words are the operator's: of a signal with the opposite sign, what is below there is above here. */
-static enum capture_when turned(enum capture_when when, const struct signal_info *info, const struct axis *a)
+static enum capture_when when_turned(enum capture_when when, const struct signal_info *info, const struct axis *a)
 {
     const bool opposite = when != CAPTURE_NEVER && info->turned && axis_forward(a) < 0;
     return opposite ? (enum capture_when)(((uint32_t)when - CAPTURE_ABOVE) ^ 1u) + CAPTURE_ABOVE : when;
@@ -86,7 +86,7 @@ static void put_trigger(struct session *s)
     if (c->when == CAPTURE_NEVER) {
         text_put(&s->out, "trigger: never");
     } else {
-        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[turned(c->when, info, s->axis)],
+        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[when_turned(c->when, info, s->axis)],
                    signal_milli(signal_scale(info, s->axis), c->level), signal_unit(info->format));
     }
     text_print(&s->out, ", before: %u of %u samples\n", c->before, scope_capacity(s->scope));
@@ -256,7 +256,7 @@ static void run_scope_trigger(struct session *s, const struct arguments *a)
     const enum capture_when when = (enum capture_when)(CAPTURE_ABOVE + a->value[3]);
     const struct signal_info *const info = &signal_table[signal];
     const int32_t level = signal_raw(signal_scale(info, s->axis), a->value[4]);
-    answer(s, outcome_of(scope_set_trigger(s->scope, signal, turned(when, info, s->axis), level)));
+    answer(s, outcome_of(scope_set_trigger(s->scope, signal, when_turned(when, info, s->axis), level)));
 }
 
 /* The answer goes out at the old rate; "0" ends the stream, whatever rate follows it. */

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""A supply that stands just below v_max_mv: braking is what the windings burn, and nothing is burnt for nothing. Currents, torque
-and bus are the plant's."""
+"""A supply that stands just below v_max_mv: braking is what the windings burn, and nothing is burnt for nothing. Currents,
+torque and bus are the plant's."""
 import numpy as np
 import pytest
 

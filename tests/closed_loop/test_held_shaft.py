@@ -29,7 +29,8 @@ def held(tmp_path, motor, commands, held_s, follows_s, **params):
 
 
 @pytest.mark.parametrize("motor, way, when, params", [
-    (TEKNIC, 5, 0.1, {}), (TEKNIC, -5, 0.1, {}), (EC45, 5, 0.1, {}), (TEKNIC, 5, 0.0, {}), (TEKNIC, 5, 0.3, {"following_mturn": 300}),
+    (TEKNIC, 5, 0.1, {}), (TEKNIC, -5, 0.1, {}), (EC45, 5, 0.1, {}), (TEKNIC, 5, 0.0, {}),
+    (TEKNIC, 5, 0.3, {"following_mturn": 300}),
     (TEKNIC, -3, 0.35, {"profile_jerk_ms": 5})])
 def test_the_profile_waits_for_a_shaft_that_is_held(motor, way, when, params, tmp_path):
     """Behind it, within the limits of speed; the end is met to the parameter, and in the end to counts."""
@@ -55,7 +56,8 @@ def test_a_shaft_held_at_its_target_and_turned_away_comes_back_along_the_profile
     steps = [{"t_s": 0.10, "console": "reaction following_error warn"}, {"t_s": 0.11, "console": "reaction stall warn"},
              {"t_s": 0.15, "console": "on"}, {"t_s": go, "console": "pp 0"},
              {"t_s": go + 0.1, "event": "spin_rad_s", "args": ["18.85"]}, {"t_s": go + 1.1, "event": "spin", "args": ["off"]}]
-    result = simulate({"key": "away", "end_s": go + 3, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path, aligned=True)
+    result = simulate({"key": "away", "end_s": go + 3, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path,
+                      aligned=True)
     trace = result.trace
     counts = np.cumsum(np.r_[0, (np.diff(trace["count_fw"]) + turn // 2) % turn - turn // 2])
     start = counts[np.searchsorted(trace["t_s"], go + 0.1)]

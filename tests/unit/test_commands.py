@@ -311,7 +311,8 @@ def test_on_warns_of_a_bus_within_four_percent_of_v_max(operator, volt, warns):
     said = operator("on")
     assert said[0] == "ok" and len(said) == 2 + warns
     if warns:
-        told = re.fullmatch(r"warning: bus at ([0-9.]+) V: the windings must burn what braking returns; v_max_mv (\d+) leaves room",
+        told = re.fullmatch(r"warning: bus at ([0-9.]+) V: the windings must burn what braking returns; "
+                            r"v_max_mv (\d+) leaves room",
                             said[2])
         assert float(told[1]) == pytest.approx(volt, abs=2e-3) and int(told[2]) == pytest.approx(1050 * volt, abs=3)
 
