@@ -85,7 +85,7 @@ def test_a_watchdog_that_was_left_off_is_on_again_and_bites(case, chip, tmp_path
     hangs_s = AFTER_S + 0.1 * len(lines)
     said, result = boot(tmp_path, changes, reset=reset, chip=chip, lines=[*lines, *["version"] * 3], watchdog_s=0.1, more=[
         {"t_s": hangs_s, "event": "poke_rom", "args": ["&idle", "0xE7FE"]},
-        {"t_s": hangs_s + 0.09, "event": "poke_rom", "args": ["&idle", "*idle"]}])
+        {"t_s": hangs_s + 0.11, "event": "poke_rom", "args": ["&idle", "*idle"]}])
     before = result.console.split("'help' lists the commands")[-2]
     assert before.count("watchdog: 0.100 s\n") == 2 and "state: operation enabled" in before, result.console
     assert "last reset by: watchdog" in said
