@@ -88,13 +88,13 @@ static void wait_for_shaft(struct axis *a)
     struct profile *const p = &a->motion.profile;
     const struct tuning *const t = &a->tuning;
     const int64_t most = t->following_units + (1LL << t->profile.shift);
-    const int64_t shaft = position_of_shaft(&a->motion.turns, &a->speed.estimate, t, true);
-    const int64_t ahead = p->position - shaft;
+    const int32_t shaft_speed = units_of_rpm_q16(t, a->speed.estimate.speed_rpm_q15 * 2);
+    const int64_t shaft = position_of_shaft(&a->motion.turns, &a->speed.estimate, t, true) + shaft_speed;
+    const int64_t ahead = p->position - shaft; /* at the next step, both */
     if (ahead <= most && ahead >= -most) {
         return;
     }
     const int64_t target = p->target;
-    const int32_t shaft_speed = units_of_rpm_q16(t, a->speed.estimate.speed_rpm_q15 * 2);
     const int32_t speed = along(along(shaft_speed, p->speed), p->corner_speed);
     profile_begin(p, &t->profile, shaft + (ahead < 0 ? -most : most), speed);
     profile_aim(p, target);

@@ -31,7 +31,7 @@ def held(tmp_path, motor, commands, held_s, follows_s, **params):
 @pytest.mark.parametrize("motor, way, when, params", [
     (TEKNIC, 5, 0.1, {}), (TEKNIC, -5, 0.1, {}), (EC45, 5, 0.1, {}), (TEKNIC, 5, 0.0, {}),
     (TEKNIC, 5, 0.3, {"following_mturn": 300}),
-    (TEKNIC, -3, 0.35, {"profile_jerk_ms": 5})])
+    (TEKNIC, -3, 0.3, {"profile_jerk_ms": 5})])  # while farther from its end than the parameter
 def test_the_profile_waits_for_a_shaft_that_is_held(motor, way, when, params, tmp_path):
     """Behind it, within the limits of speed; the end is met to the parameter, and in the end to counts."""
     turn = load_drive(motor).motor["encoder"]["counts_per_rev"]
@@ -65,6 +65,18 @@ def test_a_shaft_held_at_its_target_and_turned_away_comes_back_along_the_profile
     assert counts[back][0] - start > 11000
     assert (counts[back] - start).min() > -20 and abs(counts[-1] - start) <= 3
     assert np.abs(trace["following_counts"][back]).max() <= 0.1 * turn + 3
+
+
+@pytest.mark.parametrize("rad_s", (20, -45))
+def test_one_that_is_turned_too_slowly_is_a_following_error(rad_s, tmp_path):
+    """By a drive from outside: the profile waits, but no nearer than the error that is one."""
+    turn, go = load_drive(TEKNIC).motor["encoder"]["counts_per_rev"], 0.2 + load_drive(TEKNIC, aligned=True).on_time_s
+    steps = [{"t_s": 0.10, "console": "reaction stall warn"}, {"t_s": 0.11, "console": "reaction speed_deviation warn"},
+             {"t_s": 0.15, "console": "on"}, {"t_s": go, "console": f"pp by {np.sign(rad_s) * 20 * turn}"},
+             {"t_s": go + 0.1, "event": "spin_rad_s", "args": [str(rad_s)]}]
+    result = simulate({"key": "slow", "end_s": go + 0.4, "preamble_s": 0.05, "expect_refusal": ".*", "step": steps}, TEKNIC,
+                      out_dir=tmp_path, aligned=True)
+    assert "FAULT_FOLLOWING_ERROR" in {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])}
 
 
 def test_set_points_of_a_master_are_followed_again_no_faster_than_the_largest_error_asks(tmp_path):
