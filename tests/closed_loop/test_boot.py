@@ -30,7 +30,7 @@ def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), r
     steps += [{"t_s": AFTER_S + 0.1 * n, "console": line} for n, line in enumerate(lines)]
     end_s = AFTER_S + 0.1 * (len(lines) + 1)
     steps += [{"t_s": end_s - 1e-3, "event": "end", "args": []}]  # the trace has no rows while the PWM does not run
-    result = simulate({"key": "boot", "end_s": end_s, "preamble_s": 0.001,
+    result = simulate({"key": "boot", "end_s": end_s, "preamble_s": 0.002,
                        "step": sorted(steps, key=lambda step: step["t_s"]), "expect_refusal": ".*", **design},
                       out_dir=tmp_path, plant="ideal", spread=0, chip=chip, wired=wired, dumps=dumps)
     return result.console.split("'help' lists the commands")[-1], result

@@ -20,7 +20,7 @@ EVENTS = [
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     steps = [{"t_s": t_s, "event": kind, "args": [str(value) for value in values]} for t_s, kind, *values in EVENTS]
-    scenario = {"key": "loads", "end_s": 0.26, "preamble_s": 0.001, "step": steps}
+    scenario = {"key": "loads", "end_s": 0.26, "preamble_s": 0.002, "step": steps}
     return simulate(scenario, motor="teknic_m2310p", out_dir=tmp_path_factory.mktemp("loads"), plant="ideal", spread=0)
 
 
