@@ -98,15 +98,24 @@ def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
 
 
 @pytest.mark.parametrize("motor, source, sensors, params", [
-    ("maxon_ec45flat", 1, "", {}), ("hoverboard_350w", 2, "", {}), ("thor_pmsyrm", 0, "", {}),
+    ("hoverboard_350w", 2, "", {}), ("thor_pmsyrm", 0, "", {}),
     ("teknic_m2310p", 0, "amc1306", {}), ("teknic_m2310p", 0, "", {"low_side_shunts": 1}), ("estun_emj04apb22", 0, "", {})])
 def test_exchanged_sensors_are_named_with_each_source_and_scheme(motor, source, sensors, params, tmp_path):
     steps = [{"t_s": 0.0, "event": "sensor_order", "args": ["CBA"]}, {"t_s": ON_S, "console": "on"},
              {"t_s": ON_S + 0.6, "console": "fault"}]
     result = simulate({"key": "start", "end_s": ON_S + 0.7, "preamble_s": 0.05, "step": steps}, motor=motor, out_dir=tmp_path,
-                      spread=0, sensors=sensors,
+                      spread=0, sensors=sensors, fabric="rtl" if sensors else "model",
                       overrides={"motor": {"control": {"angle_source": float(source)}}, "params": params})
     assert faults(result) == ["FAULT_SENSORS_EXCHANGED"] and "show the currents of 321" in result.console, result.console[-600:]
+    assert not operating(result).size and not result.trace["gates"][-20:].any() and turns_away(result) < 0.5
+
+
+def test_exchanged_sensors_trip_where_the_current_is_regulated_to_zero_before_they_are_looked_at(tmp_path):
+    """Without an encoder, before the wiring's test: docs/faults.md says which name they have then."""
+    steps = [{"t_s": 0.0, "event": "sensor_order", "args": ["CBA"]}, {"t_s": ON_S, "console": "on"}]
+    result = simulate({"key": "start", "end_s": ON_S + 0.7, "preamble_s": 0.05, "step": steps}, motor="maxon_ec45flat",
+                      out_dir=tmp_path, spread=0, overrides={"motor": {"control": {"angle_source": 1.0}}})
+    assert faults(result) == ["FAULT_OVERCURRENT"], result.console[-600:]
     assert not operating(result).size and not result.trace["gates"][-20:].any() and turns_away(result) < 0.5
 
 
