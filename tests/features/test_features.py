@@ -87,7 +87,7 @@ def test_settings_of_the_whole_image_outlive_the_least_one_and_back(tmp_path):
         plan = {"title": "kept", "end_s": 0.1 + 0.03 * len(lines) + 0.15 * lines.count("save"), "step": steps}
         return simulate(plan, build=build(features), out_dir=tmp_path / "run", envm=tmp_path / "envm", **EXACT).console
 
-    live(FEATURES, *KEPT, "set ramp_rpm_s 1234", "save")
+    live(FEATURES, "set low_side_shunts 0", *KEPT, "set ramp_rpm_s 1234", "save")
     for n in range(2):
         console = live(MINIMAL, f"set stop_max_ms {3000 + n}", "save")
         assert f"{len(KEPT)} stored records are unknown to this firmware" in console and "ok\nslot" in console
