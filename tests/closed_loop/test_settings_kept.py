@@ -138,7 +138,8 @@ OLDER = Path(__file__).parent / "older"  # its README says how the files were ma
 CHANGED = re.compile(r"^set (\w+) (-?\d+)$", re.M)
 NEW = {"modbus_address": 1, "modbus_baud": 19200, "modbus_parity": 2, "can_node": 0, "can_kbit": 500,
        "can_recover": 0, "can_heartbeat_ms": 0, "friction_unm": 0, "hall_states": 513264,
-       **{f"hall_edge_{n + 1}_cdeg": 6000 * n for n in range(6)}, "injection_silent": 0, "direction": 0}  # to both images: initial values
+       **{f"hall_edge_{n + 1}_cdeg": 6000 * n for n in range(6)},
+       "injection_silent": 0, "direction": 0}  # to both images: initial values
 
 
 def start_on(older, tmp_path):
