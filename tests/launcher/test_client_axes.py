@@ -12,7 +12,10 @@ from mssfoc.can import CanLine
 from mssfoc.drive import Drive
 from mssfoc.modbus import ModbusLine
 from tools.client import register_list
+from tools.param_rows import param_rows
+from unit.conftest import ROOT
 
+COUNT = len(param_rows(ROOT))
 STATUS = "state: operation enabled\nspeed: 0 rpm\nmode: pp, position: 7\ncurrent: d 0.0 A, q 0.0 A\nbus: 24.0 V\n"
 
 
@@ -153,7 +156,7 @@ class Bus:
 
     def upload(self, index, subindex):
         self.asked.append(index)
-        return self.values.get(index, 75).to_bytes(4, "little")
+        return self.values.get(index, COUNT).to_bytes(4, "little")
 
     def download(self, index, subindex, data):
         self.asked.append(index)
@@ -221,7 +224,7 @@ class Slave:
 
     def read_registers(self, register, count):
         self.heard.append((self.address, register))
-        return {0x80: [0x0002, 0x0192], 0x91: [75]}.get(register, [0] * count)
+        return {0x80: [0x0002, 0x0192], 0x91: [COUNT]}.get(register, [0] * count)
 
 
 def test_on_modbus_the_second_axis_has_the_next_address(sheet):

@@ -13,6 +13,10 @@ from mssfoc.texts import Parameter, accepted, capture, parameters
 from mssfoc.watch import NAME as TIMEOUT
 from mssfoc.watch import Watch
 from tools.client import register_list
+from tools.param_rows import param_rows
+from unit.conftest import ROOT
+
+COUNT = len(param_rows(ROOT))
 
 
 class Stubborn(Drive):
@@ -192,7 +196,7 @@ def test_an_answer_without_a_capture_is_refused(answer):
 class Line:
     """A bus at which somebody has this device type, and so many parameters."""
 
-    def __init__(self, value, parameters=75):
+    def __init__(self, value, parameters=COUNT):
         self.values, self.closed = {"device_type": value, "parameter_count": parameters}, False
 
     def read(self, entry):
@@ -216,7 +220,7 @@ def test_what_is_no_list_or_no_drive_is_refused_and_the_line_closed(tmp_path):
     with pytest.raises(Refused, match="no servo drive"):
         BusDrive(Line(0), path)
     assert Registers(path).faults[42] == "following error"
-    with pytest.raises(Refused, match="the drive has 74 parameters and the list 75: it is of another version"):
-        BusDrive(Line(0x00020192, 74), path)
+    with pytest.raises(Refused, match=f"the drive has {COUNT - 1} parameters and the list {COUNT}: it is of another"):
+        BusDrive(Line(0x00020192, COUNT - 1), path)
     with pytest.raises(Refused, match=r"target_torque is a whole number, -32768...32767, not 40000"):
         BusDrive(Line(0x00020192), path)._write("target_torque", 40000)  # pylint: disable=protected-access

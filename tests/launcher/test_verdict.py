@@ -158,7 +158,8 @@ def test_a_saliency_that_can_be_seen_is_no_reason():
 
 REFUSED = [
     ("angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
-     {"electrical": {"resistance_ohm": 5.0}}),
+     {"electrical": {"resistance_ohm": 1.9, "ld_h": 76e-6, "lq_h": 76e-6},
+      "saturation": {"loss_d": 0.0, "loss_q": 0.0, "loss_flux": 0.0}}),
     ("angle_source 1 does not start a motor whose reluctance outweighs its magnets without injection_mv",
      {"electrical": {"lq_h": 5e-3}}),
     ("overspeed_rpm times pole_pairs is beyond 1187 Hz electrical", {"control": {"overspeed_rpm": 30000.0}}),
