@@ -57,8 +57,10 @@ def place(tmp_path_factory):
 
 
 def started(program, place):
+    def hears():  # also below nohup, whose programs pass over a terminal's end
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
     return subprocess.Popen([sys.executable, "-c", program, place], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                            env=ENV)
+                            env=ENV, preexec_fn=hears)
 
 
 def came_to_rest(place, faults):

@@ -59,13 +59,13 @@ def test_nothing_is_wrong_while_the_bridge_is_off(case, tmp_path):
     """Before the first switching on, when no limit is set, and after one, when they are; then the drive starts as ever."""
     begin = BEYOND.get(case, [("irq_block", ["1"])])
     end = [("sensor_add", ["A", "0"]), ("supply_v", ["vbus_V"]), ("irq_block", ["0"])]
-    result = play(tmp_path, 2.5, events(0.12, begin), events(0.14, end), typed((ON_S, "on"), (2.15, "off")),
+    result = play(tmp_path, 2.9, events(0.12, begin), events(0.14, end), typed((ON_S, "on"), (2.15, "off")),
                   events(2.17, begin), events(2.25, end), typed((2.32, "on")))
     assert not faults(result)
     for from_s, to_s in ((0.0, ON_S), (2.152, 2.32)):
         assert not result.trace.between(from_s, to_s)["gates"].any()
         assert state_at(result, to_s - 1e-3) == "AXIS_SWITCH_ON_DISABLED"
-    assert state_at(result, 2.14) == state_at(result, 2.49) == "AXIS_OPERATION_ENABLED"
+    assert state_at(result, 2.14) == state_at(result, 2.89) == "AXIS_OPERATION_ENABLED"
 
 
 # parameters of a first switching on, those of a second, and what is beyond the limits of the first alone
