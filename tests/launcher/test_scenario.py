@@ -161,7 +161,8 @@ def test_every_shipped_scenario_fits_every_motor_and_asserts_that_the_drive_was_
             continue
         assert any(step.text == "on" for step in plan.steps), name
         assert all(ord(char) < 128 for step in plan.steps for char in step.text), name
-        asked = [figure for figure in plan.figures if figure["kind"] in ("state", "state_at") and figure["equal"] == "OPERATION_ENABLED"]
+        asked = [figure for figure in plan.figures
+                 if figure["kind"] in ("state", "state_at") and figure["equal"] == "OPERATION_ENABLED"]
         assert asked, f"{name}: nothing says that the drive was on"
         assert plan.end_s < 35, f"{name}: longer than two alignments of the heaviest rotor take"
 
