@@ -19,6 +19,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
 os.environ.setdefault("BUILD", "build")
+# What the caller's `make test` was told is not meant for the programs that tests start.
+for told in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "ALL", "UNTIL", "N", "FROM", "FILES", "RUNGS", "JOBS", "PART",
+             "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE"):
+    os.environ.pop(told, None)
 gc.set_threshold(100_000, 20, 100)  # of thousands of tests, all of which stay, looked through for garbage
 
 from unit import register_pages  # noqa: E402  (the path must be set first)

@@ -13,8 +13,8 @@ CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 
 
 def run(*command, cwd=None, **variables):
-    env = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")} | variables
-    return subprocess.run(command, capture_output=True, text=True, env=env, cwd=cwd, stdin=subprocess.DEVNULL, check=False)
+    return subprocess.run(command, capture_output=True, text=True, env=os.environ | variables, cwd=cwd,
+                          stdin=subprocess.DEVNULL, check=False)
 
 
 def complaint(result):
