@@ -146,6 +146,8 @@ def fake_qemu(tmp_path):
 
     def make(behaviour="well"):
         path = Path(tmp_path) / f"qemu-{behaviour.replace(' ', '-')}"
+        if path.exists():  # a launcher may be about to start it: written anew it would be missing or half there
+            return str(path)
         text = textwrap.dedent(FAKE_QEMU).lstrip().format(python=sys.executable, behaviour=behaviour,
                                                           columns=",".join(PLANT_COLUMNS), irq_columns=",".join(COLUMNS))
         # Another process writes it: a fork of this one at that moment would keep it open, and nobody could run it.

@@ -16,10 +16,11 @@ PATIENCE_S = 60.0  # for what takes milliseconds: a stall, not a verdict
 FOLDERS = {"run": "run", "console": "console", "debug": "console", "campaign": "campaign"}
 
 
-def until(holds):
+def until(holds, process=None):
     limit = time.monotonic() + PATIENCE_S
     while not holds():
         assert time.monotonic() < limit
+        assert process is None or process.poll() is None, process.communicate()
         time.sleep(0.01)
 
 
@@ -38,7 +39,7 @@ def holder(build, fake_qemu):
         lock = build / FOLDERS[command] / LOCK
         first = launcher(build, fake_qemu("hang"), command)
         processes.append(first)
-        until(lambda: lock.exists() and lock.read_text())
+        until(lambda: lock.exists() and lock.read_text(), first)
         return first, lock
     yield start
     for process in processes:
