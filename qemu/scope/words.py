@@ -4,6 +4,8 @@ import re
 
 from launcher.paths import REPO
 
+from . import limit
+
 GROUPS = {
     "Motor": "pole_pairs resistance_mohm ld_uh lq_uh ld_apparent_uh lq_apparent_uh lq_rest_uh cross_pm flux_uwb inertia_gmm2"
              " friction_unm i_rated_ma",
@@ -33,8 +35,10 @@ def _source(path):
 
 
 def parameters():
-    """{name: {"group", "initial", "meaning"}}"""
-    return {name: {"group": GROUP_OF.get(name, OTHERS), "initial": int(initial), "meaning": f"{what}. Affects: {affects}."}
+    """{name: {"group", "initial", "meaning"}}; `initial` of the limit that a session lends is what it lends."""
+    lent = {limit.NAME: limit.LENT_MS}
+    return {name: {"group": GROUP_OF.get(name, OTHERS), "initial": lent.get(name, int(initial)),
+                   "meaning": f"{what}. Affects: {affects}."}
             for name, initial, what, affects in ROW.findall(_source("settings/params.h"))}
 
 
