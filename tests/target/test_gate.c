@@ -95,7 +95,7 @@ static uint32_t live_status(uint32_t rounds, bool slow_loop, bool thread)
         if (thread && n % 2u == 1u) {
             prove(GATE_PROOF_THREAD, true);
         }
-        wait_counts(PERIOD_COUNTS - 300u); /* the rest is for what is above */
+        wait_counts(PERIOD_COUNTS - 600u); /* the rest is for what is above, gate_prove() of the caller too */
         status |= gate_status(gate);
     }
     return status;
