@@ -10,15 +10,16 @@
 #define LARGEST_256THS (CONFIG_BUS_STEPS / 5 * 256) /* a fifth of the bus */
 #define RISE_MS        40u /* a quarter more each: from the first voltage to the largest, and a while there */
 #define FALL_MS        25u
+#define REST_MS        100u /* four time constants of the slowest windings */
 #define SHARE_TENTH    3
 #define BLIND_PART     4
 #define RIGHT_ORDER    123
 
 const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 
-void wiring_start(struct wiring *w)
+void wiring_start(struct wiring *w, bool patient)
 {
-    *w = (struct wiring){0};
+    *w = (struct wiring){.patient = patient};
 }
 
 static int32_t largest(const int32_t of_q15[3])
@@ -136,7 +137,8 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
     wiring_look(w, t, adc, i_q15);
     const int32_t rise_q15[3] = {i_q15[0] - w->before_q15[0], i_q15[1] - w->before_q15[1], i_q15[2] - w->before_q15[2]};
     w->ms++;
-    if (w->v_256ths == 0 && (w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4)) {
+    const bool rests = w->patient ? w->ms > REST_MS : w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4;
+    if (w->v_256ths == 0 && rests) {
         if (w->along == 3u) {
             return wiring_judge(w, t);
         }

@@ -83,22 +83,52 @@ static void step_calibration(struct axis *a)
     }
 }
 
+/* True of a rotor that its source sees driven: turning magnets induce currents of any sign. */
+static bool load_shows(struct axis *a)
+{
+    const struct start_source *const source = source_of(a);
+    const bool driven = source->driven != NULL && source->driven(a);
+    if (driven) {
+        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
+    }
+    return driven;
+}
+
+/* A sign or an order is looked at twice. */
+static void wiring_looks(struct axis *a, enum fault fault)
+{
+    struct start *const s = &a->start;
+    if (load_shows(a)) {
+        return;
+    }
+    if (fault != FAULT_OPEN_PHASE && !s->wiring.patient) {
+        wiring_start(&s->wiring, true);
+    } else if (source_of(a)->driven == NULL) {
+        source_of(a)->doubt(a, fault);
+    } else {
+        fault_raise_with(a, fault, s->wiring.phase, 0);
+    }
+}
+
 static void step_wiring(struct axis *a)
 {
     struct start *const s = &a->start;
+    if (s->wiring.patient && load_shows(a)) {
+        return;
+    }
     switch (wiring_step(&s->wiring, &a->loop, &a->tuning, &a->fabric->adc)) {
     case WIRING_GOOD:
         s->unseen = false;
         source_of(a)->wired(a);
         break;
     case WIRING_OPEN:
-        source_of(a)->miswired(a, FAULT_OPEN_PHASE);
+        wiring_looks(a, FAULT_OPEN_PHASE);
         break;
     case WIRING_SIGN:
-        source_of(a)->miswired(a, FAULT_SENSOR_SIGN);
+        wiring_looks(a, FAULT_SENSOR_SIGN);
         break;
     case WIRING_EXCHANGED:
-        source_of(a)->miswired(a, FAULT_SENSORS_EXCHANGED);
+        wiring_looks(a, FAULT_SENSORS_EXCHANGED);
         break;
     case WIRING_RUNNING:
     default:

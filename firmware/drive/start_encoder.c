@@ -94,21 +94,12 @@ static void encoder_calibrated(struct axis *a)
 }
 
 /* A third of an electrical turn: few test currents turn a rotor that far, and turning magnets induce currents of any sign. */
-static bool start_driven(const struct axis *a)
+static bool encoder_driven(const struct axis *a)
 {
     if (a->identify.running) {
         return moved(a) > DRIVEN_COUNTS; /* counts per turn are unknown */
     }
     return moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
-}
-
-static void encoder_miswired(struct axis *a, enum fault fault)
-{
-    if (start_driven(a)) {
-        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
-    } else {
-        fault_raise_with(a, fault, a->start.wiring.phase, 0);
-    }
 }
 
 static void encoder_wired(struct axis *a)
@@ -195,6 +186,6 @@ static bool encoder_holds_voltage(const struct axis *a)
 const struct start_source start_by_encoder = {.begin = encoder_begin,
                                               .calibrated = encoder_calibrated,
                                               .wired = encoder_wired,
-                                              .miswired = encoder_miswired,
+                                              .driven = encoder_driven,
                                               .step = encoder_step,
                                               .holds_voltage = encoder_holds_voltage};

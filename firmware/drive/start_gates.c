@@ -23,6 +23,6 @@ void start_open_gates(struct axis *a)
     } else {
         start_follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
     }
-    wiring_start(&s->wiring);
+    wiring_start(&s->wiring, false);
     s->phase = !known ? START_WIRING : s->remembered ? START_CONFIRM : START_FOLLOW;
 }

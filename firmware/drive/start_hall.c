@@ -61,7 +61,7 @@ static void hall_start_lead(struct axis *a)
 static void look_at_wiring(struct axis *a)
 {
     start_follow(a, LOOP_HALL);
-    wiring_start(&a->start.wiring);
+    wiring_start(&a->start.wiring, false);
     a->start.phase = START_WIRING;
 }
 
@@ -123,13 +123,9 @@ static bool step_learning(struct axis *a)
 }
 
 /* Few test currents turn a rotor by more than a sector. */
-static void hall_miswired(struct axis *a, enum fault fault)
+static bool hall_driven(const struct axis *a)
 {
-    if (start_hall_moved(a) > 2) {
-        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
-    } else {
-        fault_raise_with(a, fault, a->start.wiring.phase, 0);
-    }
+    return start_hall_moved(a) > 2;
 }
 
 static bool hall_holds_voltage(const struct axis *a)
@@ -153,6 +149,6 @@ bool start_hall_step(struct axis *a)
 const struct start_source start_by_hall = {.begin = start_hall_begin,
                                            .calibrated = start_hall,
                                            .wired = start_hall_wired,
-                                           .miswired = hall_miswired,
+                                           .driven = hall_driven,
                                            .step = start_hall_step,
                                            .holds_voltage = hall_holds_voltage};

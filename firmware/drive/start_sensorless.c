@@ -16,7 +16,7 @@ static void sensorless_calibrated(struct axis *a)
 }
 
 /* Switches off, and the EMF tells whether the rotor is driven, which looks like wrong wiring. */
-static void sensorless_miswired(struct axis *a, enum fault fault)
+static void sensorless_doubt(struct axis *a, enum fault fault)
 {
     current_loop_off(&a->loop, a->fabric);
     flying_begin(a);
@@ -161,6 +161,6 @@ bool start_sensorless_holds_voltage(const struct axis *a)
 const struct start_source start_by_observer = {.begin = sensorless_begin_start,
                                                .calibrated = sensorless_calibrated,
                                                .wired = start_sensorless_wired,
-                                               .miswired = sensorless_miswired,
+                                               .doubt = sensorless_doubt,
                                                .step = start_sensorless_step,
                                                .holds_voltage = start_sensorless_holds_voltage};

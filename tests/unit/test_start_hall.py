@@ -98,6 +98,7 @@ def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, tur
     w = switched_on(c, wired=False)
     w.axis.hall.count = turned % TURN
     w.axis.start.wiring.along, w.axis.start.wiring.ms = 3, 1000
+    w.axis.start.wiring.patient = True
     show_wiring(w.axis.start.wiring, *{"OPEN_PHASE": (0,), "SENSOR_SIGN": (-9999,),
                                 "SENSORS_EXCHANGED": (9999, ((1, 1), (2, 1), (0, 1)))}[fault])
     c.start_step(w.axis)
