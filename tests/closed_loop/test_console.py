@@ -79,8 +79,8 @@ def test_empty_line_is_no_command(tmp_path):
 def test_help_names_every_command(tmp_path):
     text = answers(tmp_path, ["help"], gap_s=0.2)[0]
     commands = {line.split(":")[0].split()[0] for line in text.split("\n")}
-    assert commands == {"help", "machine", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get",
-                        "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn",
+    assert commands == {"help", "machine", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "forget",
+                        "get", "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn",
                         "angle", "save", "load", "defaults", "scope", "stream", "sweep"}
 
 

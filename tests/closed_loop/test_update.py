@@ -71,9 +71,9 @@ def test_modes_change_while_off_and_only_then(tmp_path):
     steps = [said(up_s, "speed 600"), said(up_s + 0.3, "quickstop")]
     then_s = up_s + 0.8
     for update in (ONCE, ENDS, VALLEY):
-        steps += [said(then_s, f"set pwm_update {update}"), said(then_s + 0.02, "on"), said(then_s + 0.2, "status"),
-                  said(then_s + 0.25, "speed 600"), said(then_s + 0.6, "quickstop")]
-        then_s += 1.1
+        steps += [said(then_s, f"set pwm_update {update}"), said(then_s + 0.02, "on"), said(then_s + 0.4, "status"),
+                  said(then_s + 0.45, "speed 600"), said(then_s + 0.8, "quickstop")]
+        then_s += 1.3
     result = play(tmp_path, steps, then_s)
     assert not faults(result)
     assert result.figures["overruns"].value == 0
