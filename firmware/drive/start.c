@@ -36,12 +36,12 @@ static bool loses_count(enum fault cause)
            cause == FAULT_ENCODER_COUNTS;
 }
 
-/* What a wrong offset may look like, by whatever name. */
+/* What a wrong offset may look like, by whatever name: not a cable that is cut, which the signals show. */
 static bool may_be_offset(enum fault cause)
 {
-    return loses_count(cause) || cause == FAULT_STALL || cause == FAULT_SPEED_DEVIATION || cause == FAULT_OVERSPEED ||
-           cause == FAULT_FOLLOWING_ERROR || cause == FAULT_LIMIT_CYCLE || cause == FAULT_OSCILLATION ||
-           cause == FAULT_HOMING;
+    return (loses_count(cause) && cause != FAULT_ENCODER) || cause == FAULT_STALL || cause == FAULT_SPEED_DEVIATION ||
+           cause == FAULT_OVERSPEED || cause == FAULT_FOLLOWING_ERROR || cause == FAULT_LIMIT_CYCLE ||
+           cause == FAULT_OSCILLATION || cause == FAULT_HOMING;
 }
 
 void start_doubt(struct axis *a, enum fault cause)

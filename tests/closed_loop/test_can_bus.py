@@ -194,7 +194,8 @@ def test_csp_by_sync_each_millisecond_loses_no_set_point(every_s, tmp_path):
     print(f"set-points {late.mean() - 0.5:.2f} cycles late, +-{(np.ptp(late) - 1) / 2:.3f}; following error at most "
           f"{np.abs(trace['following_counts'][steady]).max():.0f} counts")
     assert np.ptp(late) < 1.5, "a value a millisecond is a cycle wide by itself: the rest is jitter"
-    assert not trace["fault"][steady].any() and np.abs(trace["following_counts"][steady]).max() <= 8
+    assert not trace["fault"][steady].any()
+    assert np.abs(trace["following_counts"][steady]).max() < CYCLE_COUNTS, "less than one that is lost"
     irqs = load_irqlog(result.irqlog)
     loop = irqs["exception"] == CURRENT_LOOP
     busy, quiet = (loop & when for when in (irqs["t_s"] > CSP_S + 0.1, (irqs["t_s"] > 0.1) & (irqs["t_s"] < 0.2)))
