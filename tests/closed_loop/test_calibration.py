@@ -48,8 +48,8 @@ def test_each_switching_on_finds_the_zero_anew(tmp_path):
 @pytest.mark.parametrize("motor", ["hoverboard_350w", "lot:6"])
 @pytest.mark.parametrize("codes, named", [(50, set()), (100, {"FAULT_CURRENT_OFFSET"}), (-200, {"FAULT_CURRENT_OFFSET"})])
 def test_a_zero_that_moves_while_it_turns_is_named(motor, codes, named, tmp_path):
-    """By 5 and 10 % of the range, at a low speed and half the rated load; 2.4 % go on. On the hoverboard's wheel, whose EMF is not
-    clear at that speed, the jolt of the shaft that it is, too, may be taken for an encoder's slip: docs/faults.md."""
+    """By 5 and 10 % of the range, at a low speed and half the rated load; 2.4 % go on. On the hoverboard's wheel, whose EMF is
+    not clear at that speed, the jolt of the shaft that it is, too, may be taken for an encoder's slip: docs/faults.md."""
     steps = [{"t_s": 0.2, "label": "on", "console": "on"},
              {"t_s": "on + on_time_s", "label": "started", "hold_for": "OPERATION_ENABLED"},
              {"t_s": "started + 0.02", "label": "up", "console": "speed {low_rpm}"},
