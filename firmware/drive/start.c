@@ -103,7 +103,7 @@ static void wiring_looks(struct axis *a, enum fault fault)
     }
     if (fault != FAULT_OPEN_PHASE && !s->wiring.patient) {
         wiring_start(&s->wiring, true);
-    } else if (source_of(a)->driven == NULL) {
+    } else if (source_of(a)->doubt != NULL) {
         source_of(a)->doubt(a, fault);
     } else {
         fault_raise_with(a, fault, s->wiring.phase, 0);

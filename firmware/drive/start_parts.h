@@ -39,10 +39,11 @@ struct start_source {
     void (*begin)(struct axis *a);        /* bridge off, before the sensors' zeros are measured */
     void (*calibrated)(struct axis *a);   /* zeros known: opens the gates, tries again, or raises a fault */
     void (*wired)(struct axis *a);        /* the wiring is right: the first of its phases */
-    bool (*driven)(const struct axis *a); /* by a load, in the wiring's test; NULL: it does not see that, but doubts */
-    void (*doubt)(struct axis *a, enum fault fault); /* the wiring looks so; or is the rotor driven? */
-    bool (*step)(struct axis *a);                    /* one of its phases; true when operation may begin */
-    bool (*holds_voltage)(const struct axis *a);     /* this phase prescribes a voltage, and regulates nothing */
+    bool (*driven)(const struct axis *a); /* by a load, in the wiring's test; NULL: it does not see that */
+    void (*doubt)(struct axis *a,
+                  enum fault fault);             /* the wiring looks so; or is the rotor driven? NULL: it looks so */
+    bool (*step)(struct axis *a);                /* one of its phases; true when operation may begin */
+    bool (*holds_voltage)(const struct axis *a); /* this phase prescribes a voltage, and regulates nothing */
 };
 
 extern const struct start_source start_by_encoder, start_by_hall, start_by_observer;

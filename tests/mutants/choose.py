@@ -10,6 +10,7 @@ from mutants.ctext import regions
 from mutants.fault import KINDS, without_remarks
 from mutants.faults_asm import asm_faults, instructions
 from mutants.faults_c import c_faults, enum_neighbours, identifiers
+from mutants.report import room
 
 WEIGHT = {"function": 1.0, "table": 0.3, "macro": 0.15, "type": 0.0}  # of a line; code decides more than constants do
 SELDOM = {"volatile": 3, "order": 2}  # these have their turn every so many rounds: most change nothing that matters
@@ -50,7 +51,7 @@ def shares(weights, count, seed):
 
     So each file has its chance by its weight, and each room, whose files stand together, its part to within one.
     """
-    names = sorted(weights)
+    names = sorted(weights, key=lambda name: (room(name), name))
     ends = list(itertools.accumulate(weights[name] for name in names))
     lot = int(hashlib.sha256(f"{seed}|shares".encode()).hexdigest(), 16) / 2**256
     passed = [0, *(math.ceil(count * (end / ends[-1]) - lot) for end in ends)]
