@@ -204,17 +204,6 @@ def test_each_phase_is_part_of_the_sum(a, phase):
     assert [flags(a, i) for i in ((0, 0, 0), (30000, -10000, -20000), (-32767, 32767, 0))] == [0, 0, 0]
 
 
-@pytest.mark.parametrize("value", [0, 8, 16000, 32760])
-def test_bus_voltage_at_its_limits(a, value):
-    limit(a, v_min=value, v_max=value)
-    assert flags(a, vbus=value) == 0
-    limit(a, v_min=value + 1)
-    assert flags(a, vbus=value) == LOW
-    if value:
-        limit(a, v_max=value - 1)
-        assert flags(a, vbus=value) == HIGH
-
-
 def test_limits_are_those_at_the_conversion_s_end(a):
     much = (5000,) * 3
     flags(a, much)

@@ -111,9 +111,9 @@ def test_everything_on(base, v, stiffness):
     m = motor(0, base, load={
         "inertia_kgm2": base["inertia_kgm2"], "viscous_nms": 1e-5, "stiffness_nm_rad": stiffness,
         "damping_nms": stiffness * 1e-5, "fan_nms2": 1e-7, "coulomb_nm": 3e-3, "stiction_nm": 6e-3, "stribeck_rad_s": 2},
-        friction_coulomb_nm=1e-3, friction_viscous_nms=1e-5, emf_5=0.03, emf_11=0.01, emf_19=0.02, permeance_6=0.04, permeance_12=0.02, cogging_nm=5e-3,
-        cogging_per_rev=24, cogging2_nm=2e-3, cogging2_per_rev=9, iron_hysteresis_nm=2e-3, iron_eddy_nms=1e-5,
-        copper_tempco_per_k=3.9e-3, magnet_tempco_per_k=-1.2e-3, magnet_share=0.5, winding_rise_k=20)
+        friction_coulomb_nm=1e-3, friction_viscous_nms=1e-5, emf_5=0.03, emf_11=0.01, emf_19=0.02, permeance_6=0.04,
+        permeance_12=0.02, cogging_nm=5e-3, cogging_per_rev=24, cogging2_nm=2e-3, cogging2_per_rev=9, iron_hysteresis_nm=2e-3,
+        iron_eddy_nms=1e-5, copper_tempco_per_k=3.9e-3, magnet_tempco_per_k=-1.2e-3, magnet_share=0.5, winding_rise_k=20)
 
     def stored_j():
         return c.motor_mechanical_energy_j(m) + c.motor_magnetic_energy_j(m)

@@ -125,6 +125,8 @@ def test_random_writes(seed):
     draw, p, r, live = random.Random(seed), c.pwm(), Reference(), False
     seen = {"changes": 0, "triggers": 0, "fell_back": 0}
     c.pwm_reset(p, 0)
+    assert c.pwm_next_event(p) == c.pwm_next_trigger(p) == NEVER, "nothing comes by itself"
+    assert [c.pwm_read(p, at) for at in range(0, 0x3C, 4)] == r.registers()
     first = [(0x08, 3 + draw.randrange(38)), (0x18, draw.randrange(40)), (0x0C, draw.randrange(9)), (0x10, draw.randrange(9)),
              (0x14, seed % 4), (0x00, 1)]  # a period within sight from the start
     for clock in range(1, CLOCKS + 1):
@@ -171,44 +173,6 @@ def test_on_times(compare, high, low):
     assert (sum(one & 1 for one in on), sum(one >> 1 & 1 for one in on)) == (high, low)
 
 
-@pytest.mark.parametrize("offset, other", [(0x08, 50), (0x0C, 1), (0x10, 1), (0x14, 1), (0x18, 7)])
-def test_locked_while_it_runs(offset, other):
-    p = running()
-    reach(p, 300 * CLOCK_PS)
-    before = c.pwm_read(p, offset)
-    c.pwm_write(p, offset, other)
-    assert c.pwm_read(p, offset) == before
-    c.pwm_write(p, 0x00, 0)
-    c.pwm_write(p, offset, other)
-    assert c.pwm_read(p, offset) == before, "still in the clock in which it stops"
-    reach(p, 303 * CLOCK_PS)
-    c.pwm_write(p, offset, other)
-    assert c.pwm_read(p, offset) == other, "taken at rest"
-    c.pwm_write(p, 0x00, 2)
-    c.pwm_write(p, offset, other + 1)
-    assert c.pwm_read(p, offset) == other, "ignored while it brakes"
-
-
-def test_update_at_the_valley():
-    p = running()
-
-    def waits():
-        return c.pwm_read(p, 0x04) >> 2 & 1
-    reach(p, 210 * CLOCK_PS)  # a few clocks after a valley
-    c.pwm_write(p, 0x28, 50)
-    c.pwm_write(p, 0x2C, 50)
-    assert not waits()
-    c.pwm_write(p, 0x30, 50)
-    assert waits(), "the third commits"
-    reach(p, 400 * CLOCK_PS)
-    assert waits()
-    reach(p, 402 * CLOCK_PS)
-    assert not waits(), "the valley takes it"
-    c.pwm_write(p, 0x30, 60)
-    c.pwm_write(p, 0x28, 20)
-    assert not waits(), "a write of the next set withdraws one that waits"
-
-
 def test_brake():
     p = running(compare=100)
     c.pwm_write(p, 0x00, 0)
@@ -220,10 +184,3 @@ def test_brake():
         assert p.outputs == outputs
     c.pwm_set_live(p, False)
     assert p.outputs == 0
-
-
-def test_after_reset():
-    p = c.pwm(live=True)
-    c.pwm_reset(p, 12345)
-    assert [c.pwm_read(p, at) for at in range(0, 0x38, 4)] == [0, 0, 2500, 255, 255, 0, 2500, 0, 0, 2500, 0, 0, 0, 0]
-    assert c.pwm_next_event(p) == c.pwm_next_trigger(p) == NEVER
