@@ -2,8 +2,8 @@
 # The twin's models as a shared library of this machine, for tests/twin: what needs no QEMU, and the CAN bus, for which
 # vm.c plays it. Every undefined behaviour is trapped. Included by qemu/twin/twin.mk.
 
-PLANT_CFLAGS := -std=gnu11 -O2 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all \
-    -Wall -Wextra -Wshadow -Werror -Iqemu/twin
+PLANT_CFLAGS := -std=gnu11 -O2 -g -fPIC -fsanitize=undefined,bounds-strict \
+    -fno-sanitize-recover=all -Wall -Wextra -Wshadow -Werror -Iqemu/twin
 PLANT_OBJECTS := $(patsubst %,$(BUILD)/tests/twin/%.o,$(filter-out config cycles_keys,$(TWIN_PHYSICS)) \
     cycles_cache sysreg watchdog can_bus can_device loops vm)
 

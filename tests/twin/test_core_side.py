@@ -203,7 +203,7 @@ def test_a_line_is_refused_with_its_usage(line):
     ({"supply_resistance_ohm": 0, "bus_esr_ohm": 0.1, "supply_inductance_h": 1e-6}, None),
     ({"chopper_ohm": 5, "chopper_on_v": 30, "chopper_off_v": 20}, b"chopper_off_v"),
     ({"chopper_ohm": 5, "chopper_on_v": 30, "chopper_off_v": 31}, b"chopper_off_v"),
-    ({"vbus_v": 0, "coss_c": 1e-9}, b"coss_c")])
+    ({"chopper_on_v": 30, "chopper_off_v": 20}, None), ({"vbus_v": 0, "coss_c": 1e-9}, b"coss_c")])
 def test_parameters_that_do_not_go_together(changes, key):
     wrong = c.inverter_mismatch(c.inverter_params(**{**INVERTER, **changes}))
     assert wrong is None if key is None else key in wrong

@@ -155,6 +155,7 @@ def test_files(e, tmp_path):
     assert c.envm_recall(e.e, bytes(path)) and e.page(0x7000) and e.e.writes[PAGE] == 1 and e.e.locked[PAGE]
     assert e.e.writes[PAGE - 1] == 0 and e.e.array[PAGE * BYTES - 1] == 0 and not e.e.locked[PAGE + 1]
     whole = path.read_bytes()
+    assert len(whole) < 2 * (BYTES + 16), "that page alone"
     for other in (b"mssenvm0 and more", b"x" + whole[1:], whole[:8] + b"\xFF" * 4 + whole[12:]):
         path.write_bytes(other)
         assert not c.envm_recall(Envm().e, bytes(path)), other[:20]

@@ -452,6 +452,8 @@ def test_dc_through_shorted_turns(k):
     before_j = m.energy_in_j - m.energy_copper_j - m.energy_fault_j
     coast(m, 1e-3, source)
     assert m.energy_in_j - m.energy_copper_j - m.energy_fault_j == near(before_j, 1e-9), "all of the power is heat"
+    c.motor_short_winding(m, (k + 1) % 3, MU, R_S)
+    assert m.loop_a == 0, "others begin without a current"
 
 
 def test_spinning_shorted_turns():
