@@ -58,6 +58,8 @@ def test_speakers():
     slcan, daemon, f = c.can_speaker(slcan=True), c.can_speaker(), frame(0x181, (1, 0xAB))
     assert said(slcan, "t1232AABB\r").answer == b"\a", "a closed one refuses frames"
     assert said(slcan, "S6\rO\r").answer == b"\r" and slcan.attached
+    said(slcan, "t" + 300 * "0" + "\r")
+    assert sent(said(slcan, "t1231FF\r")) == (0x123, (0xFF,), False, False), "a line without end is forgotten"
     assert told(slcan, f, 0) == "t181201AB\r" and told(slcan, frame(0x181, (0, 0), remote=True), 0) == "r1812\r"
     assert c.can_greet(daemon) == b"< hi >" and not daemon.attached
     assert said(daemon, "< open can0 >< rawmode >").answer == b"< ok >" and daemon.attached

@@ -12,6 +12,7 @@ MS = 10**9
 LOAD, TICK_PS = 0x1800000 << 6 | 0x3F, 20_000
 VALUE, REFRESH, ENABLE, CONTROL, KEY = 0x00, 0x0C, 0x10, 0x14, 0xAC15DE42
 CC_CR, SOFT_RESET_CR, WDOG_CR, WDOGLOAD, FLUSH_CR = 0x18, 0x48, 0x6C, 0x16C, 0x1A8
+EDAC_IRQ_ENABLE, EDAC_COUNT, EDAC_SR = 0x78, 0xF0, 0x190
 
 
 def write_register(offset, value):
@@ -71,6 +72,9 @@ def test_the_watchdog_counts():
     assert dog.w.expires_at == LOAD * TICK_PS + 101 * MS and dog.read(VALUE, 102 * MS) == LOAD - MS // TICK_PS
     c.watchdog_write(dog.w, REFRESH, KEY ^ 1, 102 * MS)
     assert dog.w.expires_at == LOAD * TICK_PS + 101 * MS, "by its key alone"
+    c.watchdog_write(dog.w, CONTROL, 0xFFFFFFFF, 102 * MS)
+    assert dog.read(CONTROL, 102 * MS) == dog.w.control == 3, "what firmware may set of it"
+    c.watchdog_write(dog.w, CONTROL, 0, 102 * MS)
     dog.control(3, 102 * MS)
     assert dog.read(CONTROL, 102 * MS) == 4 and dog.w.expires_at == NEVER, "it interrupts"
     c.watchdog_reload(dog.w, 103 * MS)
@@ -101,6 +105,17 @@ def test_the_fabric_s_reset_and_the_blocks_held():
     assert not c.sysreg_holds_fabric() and c.sysreg_holds(1 << 13) and not c.sysreg_holds(1 << 8)
     c.sysreg_design(SOFT_RESET_CR, 0)
     c.sysreg_reset(c.RESET_POWER_ON)
+
+
+@pytest.mark.parametrize("fatal, flag, other, counted", [(False, 1, 2, 1), (True, 2, 1, 1 << 16)])
+def test_wrong_bits_of_memory(fatal, flag, other, counted):
+    c.sysreg_reset(c.RESET_POWER_ON)
+    before = c.sysreg_value(EDAC_COUNT)
+    assert not c.sysreg_memory_error(fatal) and c.sysreg_value(EDAC_SR) & flag
+    for enabled, interrupts in ((other, False), (flag, True)):
+        write_register(EDAC_IRQ_ENABLE, enabled)
+        assert c.sysreg_memory_error(fatal) == interrupts
+    assert c.sysreg_value(EDAC_COUNT) - before == 3 * counted
 
 
 # ---- the cache ----

@@ -332,6 +332,15 @@ def test_when_it_trips(blanking_s, delay_s):
     assert not b.inv.overcurrent, "it releases"
 
 
+@pytest.mark.parametrize("k", range(3))
+@pytest.mark.parametrize("way", [1, -1])
+def test_it_trips_on_each_leg_either_way(k, way):
+    b, others = Bridge(STIFF, motor(lq_h=LD), locked=True, oc_trip_a=TRIP_A), [n for n in range(3) if n != k]
+    one, other = (high, low) if way > 0 else (low, high)
+    b.gates(one(k) | sum(other(n) for n in others))
+    assert seen_s(b) == near(CROSSING_S, 1e-9) and b.current(k) == near(way * TRIP_A, 1e-5)
+
+
 def test_shorter_than_the_blanking():
     b = tripping(BLANK, DELAY)
     b.advance(CROSSING_S + 0.3 * BLANK)
