@@ -267,6 +267,10 @@ def test_it_hears_no_more_than_it_has_room_for(bus):
     assert 10 < count < 10_000
     bus.wait(10**9)
     assert bus._room(None) > 0
+    bus.hears("< wire t0800 0 >")
+    bus.sends(0x705)
+    bus.wait(frame_ns(0x705))
+    assert bus.waits(), "and takes what comes then"
 
 
 def test_twins_of_other_rates(bus):

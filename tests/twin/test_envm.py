@@ -142,6 +142,10 @@ def test_a_cut_at_the_end_and_behind_a_write(e):
     assert e.page(1)
     e = Envm(cut_write=3)
     assert [e.write(at, 1) for at in (ACCESS, DATA, DATA + 4)] == [False, False, True] and not e.e.granted
+    e = Envm(cut_write=2, cut_share=0.5)
+    e.write(ACCESS, 1, 5 * MS)
+    e.page()[:] = 0x0F
+    assert e.write(CMD, PROGRAM, 5 * MS) and (e.page() == 0xFF).all(), "half of the command it gave"
 
 
 def test_files(e, tmp_path):

@@ -16,10 +16,14 @@ VBUS = 24 / 50 * 32768
 def test_conversion():
     p = Plant().to_trigger()
     assert p.read(ADC.CONTROL) == p.read(ADC.SEQUENCE) == 0, "ADC off: no conversion"
+    assert c.plant_next_conversion_end(p.p) == NEVER
     p.write(ADC.CONTROL, -1)
     assert p.read(ADC.CONTROL) == 0xF
     p.write(ADC.CONTROL, 3)
+    ends_at = p.next_trigger() + ps(1.5e-6)
+    assert c.plant_next_conversion_end(p.p) == ends_at
     p.run(2.4e-6)
+    assert c.plant_next_conversion_end(p.p) == ends_at
     assert p.read(ADC.STATUS) == p.read(ADC.VBUS) == 0 and not c.adc_interrupt(p.model.adc), "1.4 us after the trigger"
     p.run(0.2e-6)
     assert p.read(ADC.STATUS) == p.read(ADC.SEQUENCE) == 1 and c.adc_interrupt(p.model.adc), "1.6 us after it"
@@ -498,6 +502,8 @@ class Program:
             if due or looks:
                 self.p.to(self.us * 10**6)
             self.last_on = self.us if looks and self.p.p.gates else self.last_on
+            if looks and self.us % 500 == 0:
+                self.p.write(GATE.CONTROL, 1)  # which is no sign of life
             for part in due:
                 if part == "loop":
                     self.p.write(PWM.COMPARE_C, self.p.read(PWM.COMPARE_C))

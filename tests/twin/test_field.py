@@ -17,7 +17,7 @@ HARMONICS = {f"emf_{n}": share for n, share in zip(ORDERS, SHARES)}
 PERMEANCE = {"permeance_6": 0.08, "permeance_12": -0.03}
 THIRD, H = 2 * math.pi / 3, 1e-5
 LD, LQ, FLUX, R = MOTOR["ld_h"], MOTOR["lq_h"], MOTOR["flux_wb"], MOTOR["resistance_ohm"]
-VARIES = [HARMONICS, PERMEANCE, {**HARMONICS, **PERMEANCE}]
+VARIES = [HARMONICS, {"permeance_6": 0.08}, {**HARMONICS, **PERMEANCE}, {"permeance_12": -0.03}]
 
 
 def magnet_flux(p, theta_e):

@@ -298,6 +298,7 @@ def test_charge_of_a_swing():
     def now():
         return np.array((b.inv.energy_supply_j, b.m.energy_in_j, c.coss_stored_j(b.inv), b.inv.energy_edges_j))
     before = now()
+    assert before[2] == near(1.5 * QOSS * BUS_V, 1e-9), "in each node's two"
     b.advance(1e-6)
     assert now() - before == near(np.array((1, 1, 0, 0)) * QOSS * BUS_V, 0.01 * QOSS * BUS_V)
     assert c.coss_stored_j(b.inv) == near(before[2], 1e-12)
