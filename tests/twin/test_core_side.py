@@ -10,7 +10,7 @@ from twin.bench import INVERTER, NEVER, c
 
 MS = 10**9
 LOAD, TICK_PS = 0x1800000 << 6 | 0x3F, 20_000
-VALUE, REFRESH, ENABLE, CONTROL, KEY = 0x00, 0x0C, 0x10, 0x14, 0xAC15DE42
+VALUE, REFRESH, ENABLE, CONTROL, STATUS, KEY = 0x00, 0x0C, 0x10, 0x14, 0x18, 0xAC15DE42
 CC_CR, SOFT_RESET_CR, WDOG_CR, WDOGLOAD, FLUSH_CR = 0x18, 0x48, 0x6C, 0x16C, 0x1A8
 EDAC_IRQ_ENABLE, EDAC_COUNT, EDAC_SR = 0x78, 0xF0, 0x190
 
@@ -28,7 +28,7 @@ class Dog:
         c.sysreg_design(WDOGLOAD, 0x1800000)
         c.sysreg_design(WDOG_CR, design)
         c.sysreg_reset(c.RESET_POWER_ON)
-        self.w = c.watchdog()
+        self.w = c.watchdog(control=3)
         c.watchdog_init(self.w, ctypes.CFUNCTYPE(None)())
 
     def control(self, value, now=0):
@@ -62,7 +62,7 @@ def test_traffic_puts_back_what_power_on_left():
 
 def test_the_watchdog_counts():
     dog = Dog(1)
-    assert dog.read(ENABLE, 0) == 1 and dog.w.expires_at == LOAD * TICK_PS
+    assert (dog.read(ENABLE, 0), dog.read(CONTROL, 0), dog.read(STATUS, 0)) == (1, 0, 1) and dog.w.expires_at == LOAD * TICK_PS
     dog.control(0, 7 * MS)
     assert dog.read(ENABLE, 7 * MS) == 0 and dog.w.expires_at == NEVER
     assert dog.read(VALUE, 99 * MS) == LOAD - 7 * MS // TICK_PS, "off it stands where it was"
