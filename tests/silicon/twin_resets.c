@@ -82,7 +82,7 @@ static const struct {
 } warm[] = {
     {"watchdog", RESET_WATCHDOG}, {"lock-up", RESET_LOCKUP}, {"software", RESET_SOFT}, {"external", RESET_USER}};
 
-/* What firmware changes, and the causes cleared; WDOG_CR keeps what it gets, which tests/twin/twin_watchdog.c looks at. */
+/* What firmware changes, and the causes cleared; WDOG_CR keeps what it gets, which tests/twin/test_core_side.py looks at. */
 static void disturb(void)
 {
     for (int n = 0; n < SYSREG_WORDS; n++) {

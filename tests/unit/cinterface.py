@@ -9,13 +9,30 @@
 Nothing is declared twice, so a test cannot disagree with the header.
 """
 import ctypes
+import fcntl
+import os
+import subprocess
+from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 
 INTEGERS = {(True, 1): ctypes.c_int8, (True, 2): ctypes.c_int16, (True, 4): ctypes.c_int32, (True, 8): ctypes.c_int64,
             (False, 1): ctypes.c_uint8, (False, 2): ctypes.c_uint16, (False, 4): ctypes.c_uint32, (False, 8): ctypes.c_uint64}
 BOOLEAN, FLOAT, SIGNED, SIGNED_CHAR = 0x02, 0x04, 0x05, 0x06
+ROOT = Path(__file__).resolve().parents[2]
 TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type", "DW_TAG_restrict_type")
+
+
+def made(name):
+    """A library below $BUILD/tests, up to date; safe with several pytest workers."""
+    wanted = Path(os.environ.get("BUILD", "build")) / "tests" / name
+    target = ROOT / wanted
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with open(target.parent / ".lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        result = subprocess.run(["make", "-s", "NO_INSTALL=1", str(wanted)], cwd=ROOT, capture_output=True, text=True)
+        assert result.returncode == 0, result.stdout + result.stderr
+    return target
 
 
 class Library:
@@ -43,11 +60,13 @@ class Library:
 
     def _take(self, die):
         name = _name(die)
-        if die.tag == "DW_TAG_structure_type" and name and "DW_AT_declaration" not in die.attributes:
+        if "DW_AT_declaration" in die.attributes:
+            return
+        if die.tag == "DW_TAG_structure_type" and name:
             self._type(die)
         elif die.tag == "DW_TAG_enumeration_type" and name:
             self.enums[name] = _members(die)
-        elif die.tag == "DW_TAG_subprogram" and "DW_AT_external" in die.attributes and "DW_AT_low_pc" in die.attributes:
+        elif die.tag == "DW_TAG_subprogram" and "DW_AT_external" in die.attributes:  # inlined elsewhere or not
             self._function(name, die)
         elif die.tag == "DW_TAG_variable" and "DW_AT_location" in die.attributes:
             declared = die.get_DIE_from_attribute("DW_AT_specification") if "DW_AT_specification" in die.attributes else die
@@ -108,13 +127,17 @@ class Library:
 
     def _aggregate(self, die, base):
         name = _name(die)
-        known = self.structs.get(name) if name else None
-        if known is not None and ctypes.sizeof(known) == die.attributes["DW_AT_byte_size"].value:
+        known, declared = self.structs.get(name) if name else None, "DW_AT_declaration" in die.attributes
+        if known is not None and (declared or ctypes.sizeof(known) == die.attributes["DW_AT_byte_size"].value):
             self._made[die.offset] = known  # the same header in another translation unit
             return
-        kind = self._made[die.offset] = type(name or "anonymous", (base,), {"__slots__": ()})  # no member but C's
+        only_declared = known is not None and not hasattr(known, "_fields_")
+        kind = known if only_declared else type(name or "anonymous", (base,), {"__slots__": ()})  # no member but C's
+        self._made[die.offset] = kind
         if name:
             self.structs[name] = kind
+        if declared:
+            return
         members = [child for child in die.iter_children() if child.tag == "DW_TAG_member"]
         if any("DW_AT_bit_size" in child.attributes for child in members):  # FILE of the C library; ctypes packs otherwise
             kind._fields_ = [("opaque", ctypes.c_char * die.attributes["DW_AT_byte_size"].value)]

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The firmware's rooms as shared libraries of this machine (unit.mk)."""
 import ctypes
-import fcntl
 import os
 import re
 import subprocess
@@ -10,7 +9,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from unit.cinterface import Library
+from unit.cinterface import Library, made
 from unit.register_pages import NO_ACCESS, PAGES, READ_WRITE, protect
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,15 +23,8 @@ hypothesis.settings.load_profile("unit")
 
 
 def built(name):
-    """The shared library of that name, up to date; safe with several pytest workers."""
-    wanted = Path(os.environ.get("BUILD", "build")) / "tests" / "unit" / name
-    target = ROOT / wanted
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with open(target.parent / ".lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        result = subprocess.run(["make", "-s", "NO_INSTALL=1", str(wanted)], cwd=ROOT, capture_output=True, text=True)
-        assert result.returncode == 0, result.stdout + result.stderr
-    return target
+    """The shared library of that name, up to date."""
+    return made(f"unit/{name}")
 
 
 def build_program(source, target):
