@@ -231,7 +231,7 @@ RTL_TOOLS = $(if $(filter rtl,$(FABRIC)),tools-rtl)
 # ---- using it --------------------------------------------------------------------------------------------------------
 run: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
-	@$(PYTHON) qemu/run.py run
+	@$(PYTHON) qemu/run.py run --picture
 
 models: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin
