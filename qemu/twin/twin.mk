@@ -39,8 +39,9 @@ $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
 
-# Half of the plant's time goes into these.
-$(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map slots shaft): TWIN_CFLAGS += -O3
+# Half of the plant's time goes into these, and most of the cycle model's.
+$(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map slots shaft cycles cycles_cache cycles_fetch cycles_price): \
+    TWIN_CFLAGS += -O3
 
 $(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 	@mkdir -p $(@D)
