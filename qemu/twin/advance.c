@@ -17,15 +17,13 @@
 
 /* ---- one step, and the instants inside it ---- */
 
-static struct watch watch_for(const struct inverter *inv, const double i_start_a[3])
+static void begin_watch(const struct inverter *inv, const double i_start_a[3], struct watch *w)
 {
-    struct watch w;
     for (int k = 0; k < 3; k++) {
-        w.diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > DIODE_ZERO_A) ||
-                     (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -DIODE_ZERO_A);
-        w.level[k] = !inv->comparators.tripped && !comparators_beyond(inv, k);
+        w->diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > DIODE_ZERO_A) ||
+                      (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -DIODE_ZERO_A);
+        w->level[k] = !inv->comparators.tripped && !comparators_beyond(inv, k);
     }
-    return w;
 }
 
 /* Distance to the first of those events: negative once one is past. */
@@ -149,7 +147,7 @@ static void begin(struct step *st, struct motor *motor)
     inverter_leg_currents(inv, motor, st->i_start_a);
     memcpy(inv->leg_a, st->i_start_a, sizeof st->i_start_a);
     st->load = step_load(inv, st->i_start_a);
-    st->watch = watch_for(inv, st->i_start_a);
+    begin_watch(inv, st->i_start_a, &st->watch);
     st->margin_start_a = event_margin(inv, &st->watch, st->i_start_a);
 }
 

@@ -22,6 +22,12 @@ void motor_follow_flux(struct motor *m)
     }
 }
 
+void motor_put_back(struct motor *m, const struct motor_state *s)
+{
+    memcpy(&m->psi_vs, s->bytes, sizeof s->bytes);
+    motor_field_at(&m->field, m->psi_vs, m->sin_e, m->cos_e, &m->at);
+}
+
 static double housing_k_w(const struct motor *m)
 {
     return m->p.thermal_resistance_k_w - m->p.winding_resistance_k_w;

@@ -40,11 +40,11 @@ struct motor {
     double hoist_nm; /* the same of a load on a ratchet: it turns nothing from rest */
     struct winding_short fault;
     double longest_turn_rad, longest_shaft_s; /* what a step has to resolve of harmonics and shaft */
+    struct field_point at;                    /* of psi_vs, at the present angle */
 
-    /* From here on, what a step changes: struct motor_state. */
+    /* From here on, what a step changes, all else follows from it: struct motor_state. */
     struct dq psi_vs;        /* flux linkage, the electrical state */
-    struct field_point at;   /* what follows from it */
-    double i_d_a, i_q_a;     /* and currents; motor_set_current() sets both */
+    double i_d_a, i_q_a;     /* what follows from it: currents; motor_set_current() sets both */
     double torque_nm;        /* in the air gap */
     double min_inductance_h; /* incremental, of any direction */
     double loop_a;           /* in shorted turns, beside them */
@@ -79,10 +79,7 @@ static inline void motor_keep(const struct motor *m, struct motor_state *s)
     memcpy(s->bytes, &m->psi_vs, sizeof s->bytes);
 }
 
-static inline void motor_put_back(struct motor *m, const struct motor_state *s)
-{
-    memcpy(&m->psi_vs, s->bytes, sizeof s->bytes);
-}
+void motor_put_back(struct motor *m, const struct motor_state *s);
 
 void motor_init(struct motor *m, const struct motor_params *p, const struct load_params *load);
 

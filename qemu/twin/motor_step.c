@@ -296,15 +296,26 @@ static void take_over(struct motor *m, const double y[SLOPES])
 
 void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 {
-    struct step_constants k = {.m = m, .source = source};
+    struct step_constants k;
+    k.m = m;
+    k.source = source;
     motor_follow_temperature(m);
     begin(&k);
     if (k.held_count > 1) {
         motor_hold_all(m);
     }
     shaft_begin(&k.shaft, m, m->torque_nm);
-    double y[SLOPES] = {m->psi_vs.d,  m->psi_vs.q,         m->loop_a,   m->speed_rad_s,
-                        m->theta_rad, m->load_speed_rad_s, m->twist_rad};
+    double y[SLOPES];
+    y[PSI_D] = m->psi_vs.d;
+    y[PSI_Q] = m->psi_vs.q;
+    y[LOOP] = m->loop_a;
+    y[SPEED] = m->speed_rad_s;
+    y[THETA] = m->theta_rad;
+    y[LOAD_SPEED] = m->load_speed_rad_s;
+    y[TWIST] = m->twist_rad;
+    for (int n = STATES; n < SLOPES; n++) {
+        y[n] = 0;
+    }
     struct limits longest = limits_of(m, largest(source->r_ohm));
     if (dt_s < SHORT_STEP * longest.winding_s && dt_s < SHORT_DETAIL * longest.detail_s) {
         midpoint(&k, y, dt_s);

@@ -22,7 +22,7 @@ PARTS = (("cycle model", r"core|cycles\w*|irqlog|irqpath|dwt|reach"),
          ("fabric", r"fabric\w*|pwm|adc|gate|encoder|chopper|watch|lines"),
          ("trace", r"trace\w*|recording|probes"),
          ("link to QEMU, board", r"qemu_\w*|twin|axes|scenario|console|live|serial_bus|can\w*|envm\w*|sysreg|chip|gpio|watchdog"),
-         ("plant", r"\w+"))
+         ("plant", r".*"))
 LIBRARIES = (("plant", r"/libm\W"), ("translated code", r"perf-\d+\.map|\[JIT\]|//anon|\[unknown\]"), ("kernel", r"\[kernel|\[vdso"),
              ("QEMU", r""))
 
