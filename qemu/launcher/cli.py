@@ -171,8 +171,9 @@ def _run(options):
     scenarios = scenarios * len(motors) if len(scenarios) == 1 else scenarios
     progress = ProgressLine(", ".join(f"{scenario} on {motor}" for scenario, motor in zip(scenarios, motors)))
     second = {"motor": motors[1], "scenario": scenarios[1]} if len(motors) == 2 else None
-    result = simulate(scenarios[0], motors[0], options.seed, options.out, options.build, options.qemu, show=_beside(progress) if options.picture else progress, csv=True,
-                      can=options.can, second=second, **_plant(options))
+    result = simulate(scenarios[0], motors[0], options.seed, options.out, options.build, options.qemu,
+                      show=_beside(progress) if options.picture else progress, csv=True, can=options.can, second=second,
+                      **_plant(options))
     progress.done()
     return _report_all([result, result.second] if second else [result], options.picture)
 

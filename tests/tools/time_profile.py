@@ -21,10 +21,11 @@ HERTZ = 2000
 PARTS = (("cycle model", r"core|cycles\w*|irqlog|irqpath|dwt|reach"),
          ("fabric", r"fabric\w*|pwm|adc|gate|encoder|chopper|watch|lines"),
          ("trace", r"trace\w*|recording|probes"),
-         ("link to QEMU, board", r"qemu_\w*|twin|axes|scenario|console|live|serial_bus|can\w*|envm\w*|sysreg|chip|gpio|watchdog"),
+         ("link to QEMU, board", r"qemu_\w*|twin|axes|scenario|console|live|serial_bus|can\w*|envm\w*|sysreg|chip|gpio|mmuart|"
+                                 r"watchdog"),
          ("plant", r".*"))
-LIBRARIES = (("plant", r"/libm\W"), ("translated code", r"perf-\d+\.map|\[JIT\]|//anon|\[unknown\]"), ("kernel", r"\[kernel|\[vdso"),
-             ("QEMU", r""))
+LIBRARIES = (("plant", r"/libm\W"), ("translated code", r"perf-\d+\.map|\[JIT\]|//anon|\[unknown\]"),
+             ("kernel", r"\[kernel|\[vdso"), ("QEMU", r""))
 
 
 def fail(text):
@@ -51,8 +52,8 @@ def addresses_of(plugin):
 def files_of(plugin, addresses):
     """{address: name of the source file}, of the function that stands there, inlined or not."""
     text = "\n".join(f"{address:#x}" for address in addresses)
-    lines = subprocess.run(["addr2line", "-e", plugin], input=text, capture_output=True, text=True, check=True).stdout.splitlines()
-    return {address: Path(line.split(":")[0]).stem for address, line in zip(addresses, lines)}
+    found = subprocess.run(["addr2line", "-e", plugin], input=text, capture_output=True, text=True, check=True).stdout
+    return {address: Path(line.split(":")[0]).stem for address, line in zip(addresses, found.splitlines())}
 
 
 def part_of(rows, name):
