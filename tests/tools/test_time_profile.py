@@ -8,7 +8,8 @@ import pytest
 import time_profile as tp
 
 
-FILES = (("cycles_price", "cycle model"), ("core", "cycle model"), ("pwm", "fabric"), ("fabric_rtl", "fabric"), ("supply", "plant"),
+FILES = (("cycles_price", "cycle model"), ("core", "cycle model"), ("pwm", "fabric"), ("fabric_rtl", "fabric"),
+         ("supply", "plant"),
          ("trace_csv", "trace"), ("qemu_plugin", "link to QEMU, board"), ("motor_step", "plant"), ("??", "plant"))
 
 
