@@ -108,7 +108,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything dist site guides pictures results client eds run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist site guides pictures results client eds run test storm size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -231,7 +231,7 @@ RTL_TOOLS = $(if $(filter rtl,$(FABRIC)),tools-rtl)
 # ---- using it --------------------------------------------------------------------------------------------------------
 run: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
-	@$(PYTHON) qemu/run.py run
+	@$(PYTHON) qemu/run.py run --picture
 
 models: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin
@@ -275,6 +275,10 @@ lint: tools-lint
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/lint.py
 	@$(PYTHON) tests/tools/arrows.py $(BUILD)/arm/firmware
+
+profile: tools-run
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) tests/tools/time_profile.py
 
 size: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
@@ -382,6 +386,7 @@ more tests
 figures
   make results                 the measured figures into docs/results.md and README.md, and README.md's picture
   make bench                   cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md
+  make profile                 where the time of a run goes, by perf                        [MOTOR= SCENARIO= PLANT=]
   make size                    flash and RAM by room; flash, RAM and stack of each function of the library
   make sizes                   what each feature costs: an image without it
   make timing                  the cycle model against hand-counted and published cases

@@ -52,7 +52,7 @@ class _Parser(argparse.ArgumentParser):
 def _parser():
     parser = _Parser(prog="qemu/run.py", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, function, text in (("run", _run, "play a scenario, report figures, write trace.csv, report.json, run.png"),
+    for name, function, text in (("run", _run, "play a scenario, report figures, write trace.csv and report.json"),
                                  ("console", _console, "live console of a running drive in this terminal"),
                                  ("scope", _scope, "a page in the browser: plots, captures, parameters, commands"),
                                  ("debug", _debug, "QEMU halted with a GDB port"),
@@ -91,6 +91,8 @@ def _parser():
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name in ("run", "scope"):
             command.add_argument("--out", default=None, help=f"folder for its files (default: {name}/ of the build folder)")
+        if name == "run":
+            command.add_argument("--picture", action="store_true", help="draw the run, too: run.png")
         if name == "scope":
             command.add_argument("--port", default=os.environ.get("PORT") or None,
                                  help="serial port of a board; without it the drive in QEMU (default: $PORT)")
@@ -169,25 +171,38 @@ def _run(options):
     scenarios = scenarios * len(motors) if len(scenarios) == 1 else scenarios
     progress = ProgressLine(", ".join(f"{scenario} on {motor}" for scenario, motor in zip(scenarios, motors)))
     second = {"motor": motors[1], "scenario": scenarios[1]} if len(motors) == 2 else None
-    result = simulate(scenarios[0], motors[0], options.seed, options.out, options.build, options.qemu, show=progress, csv=True,
-                      can=options.can, second=second, **_plant(options))
+    result = simulate(scenarios[0], motors[0], options.seed, options.out, options.build, options.qemu,
+                      show=_beside(progress) if options.picture else progress, csv=True, can=options.can, second=second,
+                      **_plant(options))
     progress.done()
-    return _report_all([result, result.second] if second else [result])
+    return _report_all([result, result.second] if second else [result], options.picture)
 
 
-def _report_all(results):
+def _beside(show):
+    """The same, and while QEMU is at it what drawing will need is imported: it takes as long as all else that Python does."""
+    def look(now_s, end_s):
+        from . import plot  # noqa: F401
+        show(now_s, end_s)
+    return look
+
+
+def _report_all(results, picture):
     """Of each motor what a person reads and what is kept; the exit status."""
     from .paths import shown
-    from .plot import draw
     from .refusals import complaint
     from .report import print_report, write_json
 
     for number, result in enumerate(results, 1):
         write_json(result, result.out_dir / "report.json")
-        draw(result, result.out_dir / "run.png")
         (result.out_dir / "trace.bin").unlink()  # trace.csv has the same
         print_report(result, print, f"axis {number}: " if len(results) > 1 else "", with_load=number == len(results))
-        print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
+        names = ["trace.csv", "report.json"]
+        if picture:
+            from .plot import draw
+
+            names.append("run.png")
+            draw(result, result.out_dir / names[-1])
+        print(f"written: {', '.join(shown(result.out_dir / name) for name in names)}")
         if number < len(results):
             print()
     for refused in filter(None, (complaint(result.figures) for result in results)):

@@ -4,19 +4,15 @@ largest step where the shaft is held, or the responses that were swept. For READ
 in operation."""
 from types import SimpleNamespace
 
-import matplotlib
+import numpy as np
+from matplotlib.figure import Figure  # not pyplot, which is for windows and takes as long again to import
 
-matplotlib.use("Agg")
+from .errors import LauncherError
+from .expression import number
+from .kinds_sweep import sweep
+from .trace import Trace
 
-import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
-import numpy as np  # noqa: E402
-
-from .errors import LauncherError  # noqa: E402
-from .expression import number  # noqa: E402
-from .kinds_sweep import sweep  # noqa: E402
-from .trace import Trace  # noqa: E402
-
-POINTS = 6000  # drawn per curve; more would not be visible
+POINTS = 3000  # drawn per curve; more would not be visible
 BLUE, ORANGE, GREEN, RED, GREY = "#1f4e9c", "#e07b00", "#2a8f4f", "#c0392b", "#888888"
 PHASES = (("a", RED), ("b", GREEN), ("c", BLUE))
 
@@ -24,7 +20,7 @@ PHASES = (("a", RED), ("b", GREEN), ("c", BLUE))
 def draw(result, path):
     """Writes the figure to `path`."""
     trace, drive = result.trace, result.drive
-    figure = plt.figure(figsize=(13, 17), constrained_layout=True)
+    figure = Figure(figsize=(13, 17), layout="constrained")
     grid = figure.add_gridspec(7, 2, height_ratios=[1.25, 1, 1.1, 1, 0.7, 0.8, 1.1])
     figure.suptitle(f"{result.scenario.title}\n{drive.motor.name} on {drive.inverter.name}", fontsize=13)
     whole = None
@@ -43,7 +39,6 @@ def draw(result, path):
     else:
         _enlarged(below, trace, drive, result.scenario.names.get("started", 0.0))
     figure.savefig(path, dpi=100)
-    plt.close(figure)
 
 
 def _enlarged(axes, trace, drive, from_s):
@@ -82,7 +77,7 @@ def draw_wide(result, path):
     drive = result.drive
     rows = result.trace["t_s"] >= result.scenario.names["up"]
     trace = Trace({name: column[rows] for name, column in result.trace.items()})
-    figure = plt.figure(figsize=(12, 5.4), constrained_layout=True)
+    figure = Figure(figsize=(12, 5.4), layout="constrained")
     grid = figure.add_gridspec(3, 3)
     figure.suptitle(f"{drive.motor.name}: {result.scenario.title}", fontsize=13)
     for row, plot in enumerate((_speed, _torque, _currents_dq)):
@@ -98,7 +93,6 @@ def draw_wide(result, path):
         _dress(axis)
     axis.set_xlabel("time / s, enlarged")
     figure.savefig(path, dpi=100)
-    plt.close(figure)
 
 
 def _dress(axis):
@@ -150,6 +144,17 @@ def _line(axis, trace, column, label, color, **style):
     axis.plot(starts, middle, color=color, label=label, linewidth=1.0, **style)
 
 
+def _wave(axis, trace, column, label, color):
+    """A thin curve; where samples are denser than pixels, it goes from their one extreme to the other."""
+    t, y = trace["t_s"], trace[column]
+    step = max(1, len(t) // POINTS)
+    if step > 1:
+        rows = len(t) // step
+        blocks, t = y[:rows * step].reshape(rows, step), np.repeat(t[:rows * step:step], 2)
+        y = np.stack([blocks.min(axis=1), blocks.max(axis=1)], axis=1).ravel()
+    axis.plot(t, y, color=color, linewidth=0.6, label=label)
+
+
 def _speed(axis, trace, drive):
     _line(axis, trace, "speed_ref_rpm", "reference", GREY, linestyle="--")
     _line(axis, trace, "speed_fw_rpm", "measured by the drive", ORANGE)
@@ -182,7 +187,7 @@ def _include(limits, low, high):
 
 def _currents_abc(axis, trace, drive):
     for phase, color in PHASES:
-        axis.plot(trace["t_s"], trace[f"i_{phase}_A"], color=color, linewidth=0.6, label=f"i_{phase}")
+        _wave(axis, trace, f"i_{phase}_A", f"i_{phase}", color)
     axis.set_ylabel("phase current / A")
 
 
@@ -195,7 +200,7 @@ def _bus(axis, trace, drive):
 
 def _duty(axis, trace, drive):
     for phase, color in PHASES:
-        axis.plot(trace["t_s"], trace[f"duty_{phase}"], color=color, linewidth=0.6, label=f"d_{phase}")
+        _wave(axis, trace, f"duty_{phase}", f"d_{phase}", color)
     axis.set_ylim(-0.02, 1.02)
     axis.set_ylabel("duty")
 

@@ -7,6 +7,8 @@
 
 #include <math.h>
 
+#include "extremes.h"
+
 #define LEAST_BUS_SHARE 0.1 /* of the supply's voltage: below it, a quotient of energy and voltage says little */
 
 struct bridge_load step_load(const struct inverter *inv, const double i_a[3])
@@ -71,14 +73,14 @@ static bool bus_is_idle(const struct inverter *inv)
 /* i (open_v - ohm i) = power */
 static double current_for(const struct bus_view *bus, double power_w)
 {
-    double root_v = sqrt(fmax(bus->open_v * bus->open_v - 4 * bus->ohm * power_w, 0));
+    double root_v = sqrt(larger(bus->open_v * bus->open_v - 4 * bus->ohm * power_w, 0));
     return 2 * power_w / (bus->open_v + root_v);
 }
 
 struct bridge_load account_step(struct step *st, double stored_j, double dt_s)
 {
     struct inverter *inv = st->inv;
-    double motor_j = st->after.energy_in_j - st->before->energy_in_j;
+    double motor_j = st->motor->energy_in_j - st->start_in_j;
     inv->bus_v = st->bus.open_v - st->bus.ohm * st->load.current_a;
     struct bridge_load mean = step_load(inv, st->i_a);
     double end_a = mean.current_a, half_a = (end_a - st->load.current_a) / 2;

@@ -13,14 +13,15 @@ struct watch {
 
 struct step {
     struct inverter *inv;
-    const struct motor *before;
+    struct motor *motor; /* at the end, once it is tried */
+    struct motor_state start;
     struct bridge_load load; /* at the start */
     struct bus_view bus;
     struct watch watch;
     double i_start_a[3];
     double margin_start_a;
+    double start_in_j; /* energy into the motor until then */
     struct circuit circuit;
-    struct motor after;
     double i_a[3];   /* leg currents at the end */
     double margin_a; /* at the end */
 };

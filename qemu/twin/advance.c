@@ -9,6 +9,7 @@
 #include "account.h"
 #include "coss.h"
 #include "diodes.h"
+#include "extremes.h"
 #include "terminals.h"
 
 #define LONGEST_STEP_S 10e-6
@@ -16,15 +17,13 @@
 
 /* ---- one step, and the instants inside it ---- */
 
-static struct watch watch_for(const struct inverter *inv, const double i_start_a[3])
+static void begin_watch(const struct inverter *inv, const double i_start_a[3], struct watch *w)
 {
-    struct watch w;
     for (int k = 0; k < 3; k++) {
-        w.diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > DIODE_ZERO_A) ||
-                     (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -DIODE_ZERO_A);
-        w.level[k] = !inv->comparators.tripped && !comparators_beyond(inv, k);
+        w->diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > DIODE_ZERO_A) ||
+                      (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -DIODE_ZERO_A);
+        w->level[k] = !inv->comparators.tripped && !comparators_beyond(inv, k);
     }
-    return w;
 }
 
 /* Distance to the first of those events: negative once one is past. */
@@ -33,10 +32,10 @@ static double event_margin(const struct inverter *inv, const struct watch *w, co
     double margin_a = INFINITY;
     for (int k = 0; k < 3; k++) {
         if (w->diode[k]) {
-            margin_a = fmin(margin_a, inv->leg[k] == LEG_DIODE_LO ? i_a[k] : -i_a[k]);
+            margin_a = lesser(margin_a, inv->leg[k] == LEG_DIODE_LO ? i_a[k] : -i_a[k]);
         }
         if (w->level[k]) {
-            margin_a = fmin(margin_a, inv->p.oc_trip_a - fabs(i_a[k]));
+            margin_a = lesser(margin_a, inv->p.oc_trip_a - fabs(i_a[k]));
         }
     }
     return margin_a;
@@ -45,9 +44,8 @@ static double event_margin(const struct inverter *inv, const struct watch *w, co
 static void try_step(struct step *st, double dt_s)
 {
     double i_motor_a[3];
-    st->after = *st->before;
-    terminals_step(st->inv, &st->after, &st->circuit.source, dt_s);
-    terminals_currents(st->inv, &st->after, i_motor_a);
+    terminals_step(st->inv, st->motor, &st->circuit.source, dt_s);
+    terminals_currents(st->inv, st->motor, i_motor_a);
     circuit_leg_currents(st->inv, &st->circuit, i_motor_a, st->i_a);
     st->margin_a = event_margin(st->inv, &st->watch, st->i_a);
 }
@@ -65,8 +63,10 @@ static bool depends_on_length(const struct inverter *inv)
     return !inv->supply.plain || coss_swings(inv);
 }
 
+/* Again, with another length. */
 static void try_length(struct step *st, double dt_s)
 {
+    motor_put_back(st->motor, &st->start);
     if (depends_on_length(st->inv)) {
         prepare(st, dt_s);
     }
@@ -107,19 +107,19 @@ static double locate_event(struct step *st, double dt_s)
 static double longest_step_s(const struct step *st)
 {
     const struct inverter *inv = st->inv;
-    double inductance_h = terminals_inductance_h(st->before);
-    double dt_s = fmin(LONGEST_STEP_S, motor_max_step_s(st->before, circuit_largest_ohm(inv)));
-    dt_s = fmin(dt_s, 0.1 * sqrt(inductance_h * inv->p.bus_capacitance_f));
-    dt_s = fmin(dt_s, inv->supply.longest_step_s);
+    double inductance_h = terminals_inductance_h(st->motor);
+    double dt_s = lesser(LONGEST_STEP_S, motor_max_step_s(st->motor, circuit_largest_ohm(inv)));
+    dt_s = lesser(dt_s, 0.1 * sqrt(inductance_h * inv->p.bus_capacitance_f));
+    dt_s = lesser(dt_s, inv->supply.longest_step_s);
     if (inv->short_from >= 0) {
-        dt_s = fmin(dt_s, LONGEST_JOINED_STEP_S);
+        dt_s = lesser(dt_s, LONGEST_JOINED_STEP_S);
     }
     for (int k = 0; k < 3; k++) {
         if (inv->leg[k] == LEG_BOTH) {
-            dt_s = fmin(dt_s, fmax(0.1 * inv->p.r_on_ohm * inv->p.bus_capacitance_f, 1e-9));
+            dt_s = lesser(dt_s, larger(0.1 * inv->p.r_on_ohm * inv->p.bus_capacitance_f, 1e-9));
         }
     }
-    return coss_swings(inv) ? fmin(dt_s, coss_longest_step_s(inv, st->before, st->i_start_a)) : dt_s;
+    return coss_swings(inv) ? lesser(dt_s, coss_longest_step_s(inv, st->motor, st->i_start_a)) : dt_s;
 }
 
 static void compare(struct step *st, const struct bridge_load *end, sim_ps from, sim_ps to)
@@ -147,7 +147,7 @@ static void begin(struct step *st, struct motor *motor)
     inverter_leg_currents(inv, motor, st->i_start_a);
     memcpy(inv->leg_a, st->i_start_a, sizeof st->i_start_a);
     st->load = step_load(inv, st->i_start_a);
-    st->watch = watch_for(inv, st->i_start_a);
+    begin_watch(inv, st->i_start_a, &st->watch);
     st->margin_start_a = event_margin(inv, &st->watch, st->i_start_a);
 }
 
@@ -156,9 +156,11 @@ static double advance_step(struct inverter *inv, struct motor *motor, double lef
 {
     struct step st;
     st.inv = inv;
-    st.before = motor;
+    st.motor = motor;
     begin(&st, motor);
-    double dt_s = fmin(left_s, longest_step_s(&st));
+    double dt_s = lesser(left_s, longest_step_s(&st));
+    motor_keep(motor, &st.start);
+    st.start_in_j = motor->energy_in_j;
     prepare(&st, dt_s);
     try_step(&st, dt_s);
     double part = coss_swings(inv) ? coss_part_to_rail(inv, st.i_start_a, st.i_a, dt_s) : 1;
@@ -170,7 +172,6 @@ static double advance_step(struct inverter *inv, struct motor *motor, double lef
         dt_s = locate_event(&st, dt_s);
     }
     struct bridge_load end = account_step(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);
-    *motor = st.after;
     memcpy(inv->leg_a, st.i_a, sizeof st.i_a);
     compare(&st, &end, to - sim_from_s(left_s), to - sim_from_s(left_s - dt_s));
     if (inv->on_step) {

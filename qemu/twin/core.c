@@ -17,13 +17,14 @@
 
 static bool each_by_itself; /* instructions are not announced in runs */
 static bool time_by_cycles;
+static bool vectors_known;
 static int64_t caught_up_ns;
 
 static struct vm_instruction translated(uint32_t address)
 {
     const struct cycles_op *op = cycles_lookup(address, vm_read_memory);
     reach_note(address);
-    return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op)};
+    return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op), cycles_accesses_once(op)};
 }
 
 static const void *joined(const void *piece, const void *next)
@@ -41,7 +42,7 @@ static void keep_pace(void)
 {
     int64_t behind_ns = (int64_t)cycles_total().high * NS_PER_CYCLE -
                         (int64_t)cycles_instructions() * NS_PER_INSTRUCTION - caught_up_ns;
-    if (behind_ns >= PACE_NS) {
+    if (time_by_cycles && behind_ns >= PACE_NS) {
         vm_stall(vm_executing_ns() + behind_ns, caught_up);
     }
 }
@@ -50,8 +51,8 @@ static void executing(const void *op)
 {
     const uint32_t address = ((const struct cycles_op *)op)->address;
     cycles_execute(op);
-    irqpath_executing(address);
-    if (time_by_cycles) {
+    if (each_by_itself) {
+        irqpath_executing(address);
         keep_pace();
     }
     if (envm_board_busy) {
@@ -59,11 +60,15 @@ static void executing(const void *op)
     }
 }
 
-static void accessed(uint32_t address)
+static void accessed(uint32_t address, const void *next)
 {
     cycles_access(address);
+    vectors_known = vectors_known && address != VTOR;
     if (envm_board_busy) {
         envm_board_waits(address);
+    }
+    if (next) {
+        executing(next);
     }
 }
 
@@ -101,10 +106,14 @@ static void exception_returned(bool tail_chained)
     irqpath_returned();
 }
 
+/* QEMU finds the core and its kind by name for this: only once it may have changed. */
 static uint32_t vectors(void)
 {
-    uint32_t table = 0;
-    vm_read_core(VTOR, &table, sizeof table);
+    static uint32_t table;
+    if (!vectors_known) {
+        vm_read_core(VTOR, &table, sizeof table);
+        vectors_known = true;
+    }
     return table;
 }
 
@@ -122,7 +131,7 @@ void core_watch(uint64_t plugin_id, const struct config *config)
     reach_open();
     cycles_init(&config->cycles, &core);
     time_by_cycles = config->time_by_cycles;
-    each_by_itself = cycles_wants_each() || config->irqpath_path || time_by_cycles;
+    each_by_itself = config->irqpath_path || time_by_cycles;
     vm_on_instructions(plugin_id, &hooks);
 }
 
@@ -133,6 +142,7 @@ uint64_t core_cycles(void)
 
 void core_reset(void)
 {
+    vectors_known = false;
     cycles_reset();
     irqlog_reset();
     irqpath_reset();

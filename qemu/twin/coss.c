@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "diodes.h"
+#include "extremes.h"
 #include "terminals.h"
 
 #define EDGE_ERROR_S  0.5e-9 /* a remainder of a swing worth less than an edge displaced by this is not integrated */
@@ -121,7 +122,7 @@ double coss_longest_step_s(const struct inverter *inv, const struct motor *motor
     for (int k = 0; k < 3; k++) {
         double way = way_v(inv, k, i_a[k]);
         if (inv->leg[k] == LEG_SWING && fabs(i_a[k]) >= DIODE_ZERO_A && way > 0) {
-            dt_s = fmin(dt_s, inv->node_f * way / fabs(i_a[k]));
+            dt_s = lesser(dt_s, inv->node_f * way / fabs(i_a[k]));
         }
     }
     return dt_s;
@@ -130,7 +131,7 @@ double coss_longest_step_s(const struct inverter *inv, const struct motor *motor
 /* The current as a straight line moves the node over the way after this part of the step. */
 static double part_for(double way_as, double i_start_a, double i_end_a)
 {
-    double root = sqrt(fmax(i_start_a * i_start_a + 2 * (i_end_a - i_start_a) * way_as, 0));
+    double root = sqrt(larger(i_start_a * i_start_a + 2 * (i_end_a - i_start_a) * way_as, 0));
     return 2 * way_as / (i_start_a + root);
 }
 
@@ -146,10 +147,10 @@ double coss_part_to_rail(const struct inverter *inv, const double i_start_a[3], 
         if (beyond > 0 && !at_rail(inv, beyond, i_end_a[k])) {
             double sign = moved_as > 0 ? 1 : -1;
             double here = way > 0 ? part_for(inv->node_f * way / dt_s, sign * i_start_a[k], sign * i_end_a[k]) : 0;
-            part = fmin(part, here);
+            part = lesser(part, here);
         }
     }
-    return fmax(part, LEAST_PART);
+    return larger(part, LEAST_PART);
 }
 
 /* Counts how often the current of a swing turns round. */

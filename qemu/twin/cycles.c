@@ -205,9 +205,10 @@ bool cycles_wants_address(const struct cycles_op *op)
     return cycles_touch_memory(op);
 }
 
-bool cycles_wants_each(void)
+bool cycles_accesses_once(const struct cycles_op *op)
 {
-    return envm_waits;
+    bool exclusive = op->is_load && op->is_store; /* QEMU compares and exchanges */
+    return (op->class == CYCLES_LOAD || op->class == CYCLES_STORE) && !exclusive && op->condition == CYCLES_ALWAYS;
 }
 
 static void begin(const struct cycles_op *op)
@@ -216,33 +217,31 @@ static void begin(const struct cycles_op *op)
     now->accessed = now->skipped = now->returns = false;
 }
 
-/* All but the last instruction of a run are done, and cost what their class costs. */
-static void run_through(const struct cycles_run *run)
+static void go_on(const struct cycles_op *op)
 {
-    instructions += run->count - 1;
-    total.low += (uint64_t)cycles_rules[RULE_DATA].low * (run->count - 1);
-    total.high += (uint64_t)cycles_rules[RULE_DATA].high * (run->count - 1);
-    now->op = run->last_but_one;
-    pass_on();
-    begin(run->last);
-}
-
-void cycles_execute(const struct cycles_op *op)
-{
-    instructions++;
     const struct cycles_op *done = now->op;
-    if (done && done->class == CYCLES_DATA && op->address == done->address + done->size && !op->starts_handler &&
-        !may_come_late(op)) {
+    instructions++;
+    if (done && done->class == CYCLES_DATA && op->address == done->address + done->size && !op->starts_handler) {
         spend(RULE_DATA); /* most of all instructions: worth a short way */
         pass_on();
+        if (may_come_late(op)) {
+            spend_exactly(cycles_fetch(op->address, op->size, total.high));
+        }
     } else if (done) {
         settle(op);
     }
     begin(op);
-    if (op->run) {
-        run_through(op->run);
-    } else if (depends_on_registers(op)) {
+}
+
+void cycles_execute(const struct cycles_op *op)
+{
+    go_on(op);
+    if (depends_on_registers(op)) {
         look_at_registers(op);
+    }
+    for (unsigned left = op->count; left > 1; left--) {
+        op = op->next;
+        go_on(op);
     }
 }
 

@@ -57,8 +57,8 @@ void cycles_reset(void);
 bool cycles_wants_registers(const struct cycles_op *op);
 bool cycles_wants_address(const struct cycles_op *op);
 
-/* Does each instruction have to be announced by itself, and not a run as one? */
-bool cycles_wants_each(void);
+/* Does it access memory once, and never not? */
+bool cycles_accesses_once(const struct cycles_op *op);
 
 /* Before the instruction, or the run, executes. `op` must stay. */
 void cycles_execute(const struct cycles_op *op);

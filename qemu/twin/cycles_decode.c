@@ -313,6 +313,7 @@ void cycles_decode(struct cycles_op *op, uint32_t address, const uint16_t halfwo
     memset(op, 0, sizeof *op);
     op->address = address;
     op->condition = CYCLES_ALWAYS;
+    op->count = 1;
     op->size = (uint8_t)cycles_size(halfwords[0]);
     op->class = CYCLES_DATA;
     if (op->size == 2) {

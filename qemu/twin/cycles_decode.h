@@ -32,12 +32,6 @@ enum cycles_class {
 
 struct cycles_op;
 
-/* Instructions that follow one another whatever happens, of CYCLES_DATA all: announced as one. */
-struct cycles_run {
-    unsigned count; /* at least 2 */
-    const struct cycles_op *last_but_one, *last;
-};
-
 struct cycles_op {
     uint32_t address;
     uint8_t size; /* bytes: 2 or 4 */
@@ -54,16 +48,18 @@ struct cycles_op {
     uint16_t writes;   /* registers a data-processing result goes to, as a mask; of a 64-bit product only RdHi */
     uint16_t loads;    /* registers a load writes */
     uint16_t address_registers;
-    uint32_t target;              /* of CYCLES_BRANCH and CYCLES_COMPARE_BRANCH */
-    bool conditional;             /* of CYCLES_BRANCH: it may fall through */
-    bool starts_handler;          /* an exception vector points here */
-    const struct cycles_run *run; /* that begins with this instruction; NULL for one alone */
+    uint32_t target;     /* of CYCLES_BRANCH and CYCLES_COMPARE_BRANCH */
+    bool conditional;    /* of CYCLES_BRANCH: it may fall through */
+    bool starts_handler; /* an exception vector points here */
+    /* Instructions that are executed one after the other whatever happens are announced as one (cycles_join()). */
+    unsigned count;               /* that stand for, this one and those after it; 1: this one alone */
+    const struct cycles_op *next; /* of them */
 };
 
 #define CYCLES_ALWAYS 14
 
 /* `halfwords`: the instruction's encoding; the second is looked at only if there is one. Fills everything but
- * condition (always), starts_handler (false) and run (NULL), which the encoding does not tell. */
+ * condition (always), starts_handler (false) and count (1), which the encoding does not tell. */
 void cycles_decode(struct cycles_op *op, uint32_t address, const uint16_t halfwords[2]);
 
 /* Bytes of the instruction that begins with this halfword. */

@@ -8,6 +8,7 @@
 static bool envm_waits;
 static unsigned esram_wait;
 static uint32_t last;                /* number of the word fetched last */
+static unsigned place;               /* of it in the buffer */
 static uint64_t complete;            /* when it was there */
 static uint64_t taken[BUFFER_WORDS]; /* when the core took a word out of its place in the buffer */
 
@@ -42,10 +43,11 @@ static uint64_t wait_for(uint32_t word, uint64_t now)
 {
     while (last != word) {
         last++;
-        complete = later(complete, taken[last % BUFFER_WORDS]) + 1 + wait_of(last * 4);
+        place = place + 1 < BUFFER_WORDS ? place + 1 : 0;
+        complete = later(complete, taken[place]) + 1 + wait_of(last * 4);
     }
     uint64_t start = later(complete, now);
-    taken[word % BUFFER_WORDS] = start;
+    taken[place] = start;
     return start - now;
 }
 

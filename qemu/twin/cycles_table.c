@@ -5,10 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cycles.h"
+
 #define SLOTS         65536u /* of halfword addresses, by their low bits; M2S010 holds 128 K halfwords of code at most */
 #define VECTORS       98     /* 16 of the core, 82 of SmartFusion2 */
 #define FIRST_HANDLER 2
-#define SYSTEM_BUS    0x20000000u /* code from there on does not come as quickly as it is executed */
 
 /* Where the vector table may stand: where reset finds it, and where the firmware's linker script puts its copy. */
 static const uint32_t tables[] = {0, 0x2000FA00};
@@ -19,7 +20,6 @@ struct entry {
     struct cycles_op op;
     uint16_t halfwords[2];
     struct entry *next;
-    struct cycles_run run;
     struct entry *longer; /* the same instruction at the head of a run of one more */
 };
 
@@ -98,31 +98,34 @@ const struct cycles_op *cycles_lookup(uint32_t address, reader *read)
     return &e->op;
 }
 
+/* Where an instruction goes, what it accesses and what its registers hold is known once it is executed. */
 static bool follows(const struct cycles_op *last, const struct cycles_op *next)
 {
-    return last->class == CYCLES_DATA && next->class == CYCLES_DATA && next->address == last->address + last->size &&
-           !next->starts_handler && next->address < SYSTEM_BUS;
+    bool goes_on = last->class < CYCLES_LOAD || last->class == CYCLES_IT;
+    return goes_on && next->address == last->address + last->size && !cycles_wants_registers(next);
 }
 
-static struct entry *lengthened(const struct cycles_op *piece, const struct cycles_op *last,
-                                const struct cycles_op *next)
+static struct entry *lengthened(const struct cycles_op *piece)
 {
     struct entry *e = new_entry();
     e->op = *piece;
-    e->run = (struct cycles_run){piece->run ? piece->run->count + 1 : 2, last, next};
-    e->op.run = &e->run;
+    e->op.count++;
     return e;
 }
 
 const struct cycles_op *cycles_join(const struct cycles_op *piece, const struct cycles_op *next)
 {
-    const struct cycles_op *last = piece->run ? piece->run->last : piece;
+    struct entry *e = (struct entry *)piece; /* of which it is the first member */
+    struct cycles_op *last = &e->op;
+    for (unsigned left = piece->count; left > 1; left--) {
+        last = (struct cycles_op *)last->next;
+    }
     if (!follows(last, next)) {
         return NULL;
     }
-    struct entry *e = (struct entry *)piece; /* of which it is the first member */
-    if (!e->longer || e->longer->run.last != next) {
-        e->longer = lengthened(piece, last, next);
+    last->next = next;
+    if (!e->longer) {
+        e->longer = lengthened(piece);
     }
     return &e->longer->op;
 }

@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "coss.h"
+#include "extremes.h"
 #include "terminals.h"
 
 #define RAIL_MARGIN_V 1e-6
@@ -124,7 +125,7 @@ static bool start_diode(struct inverter *inv, const struct motor *motor, const s
     double worst_v = 0;
     for (int k = 0; k < 3; k++) {
         double v = neutral_v + star_v[k];
-        double beyond_v = fmax(v - high_v, low_v - v);
+        double beyond_v = larger(v - high_v, low_v - v);
         if (inv->leg[k] == LEG_BLOCKED && !inv->wire_open[k] && beyond_v > worst_v) {
             worst = k;
             worst_v = beyond_v;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "disc.h"
 
-#include <stdbool.h>
+#include "extremes.h"
 
-#define TURN_RAD        6.283185307179586
-#define EDGE_BISECTIONS 24   /* of a way of 50 us: 3 ps */
-#define NEAR_EDGES      1e-6 /* so close to an edge the count is always computed: rounding must not decide */
+#define TURN_RAD   6.283185307179586
+#define CELL       0x1p-24 /* in which an edge is located, of a way of 50 us: 3 ps */
+#define NEAR_EDGES 1e-6    /* so close to an edge the count is always computed: rounding must not decide */
 
 static void miscount_init(struct miscount *m, double per_turn, double edges_per_turn, uint64_t seed,
                           enum random_stream stream)
@@ -82,16 +82,36 @@ static double angle_on(const struct disc_way *w, double part)
            w->length_s * part * left * (w->from_rad_s * left - w->to_rad_s * part);
 }
 
+/* Two places of a way, and how far each is beyond the edge. */
+struct bracket {
+    double before, after, before_edges, after_edges;
+};
+
+static void narrow(struct bracket *b, double part, double beyond_edges)
+{
+    *(beyond_edges >= 0 ? &b->after : &b->before) = part;
+    *(beyond_edges >= 0 ? &b->after_edges : &b->before_edges) = beyond_edges;
+}
+
+/* The way is all but straight: a chord finds the cell, whose two ends are then looked at; should it bend, a half follows. */
 double disc_edge_part(const struct disc *d, const struct disc_way *w, int64_t moved)
 {
     double edge = edge_at(d, moved > 0 ? d->edges : d->edges + 1), sign = moved > 0 ? 1 : -1;
-    double before = 0, after = 1;
-    for (int n = 0; n < EDGE_BISECTIONS; n++) {
-        double middle = (before + after) / 2;
-        bool passed = sign * (shown_edges(d, angle_on(w, middle)) - edge) >= 0;
-        *(passed ? &after : &before) = middle;
+#define BEYOND(part) (sign * (shown_edges(d, angle_on(w, part)) - edge))
+    struct bracket b = {0, 1, BEYOND(0.0), BEYOND(1.0)};
+    while (b.after - b.before > CELL) {
+        double chord = b.before + (b.after - b.before) * b.before_edges / (b.before_edges - b.after_edges);
+        double cell = larger(lesser(floor(chord / CELL) * CELL, b.after - CELL), b.before);
+        double middle = b.before + floor((b.after - b.before) / CELL / 2) * CELL;
+        const double looks[] = {cell + CELL, cell, middle};
+        for (int n = 0; n < 3; n++) {
+            if (looks[n] > b.before && looks[n] < b.after) {
+                narrow(&b, looks[n], BEYOND(looks[n]));
+            }
+        }
     }
-    return after;
+    return b.after;
+#undef BEYOND
 }
 
 static int64_t miscounts(struct miscount *m, int64_t passed)

@@ -10,22 +10,22 @@
 
 #define FIELD_STEP_K 0.01 /* change of the magnets' temperature that the field follows at once */
 
-static void field_now(const struct motor *m, struct field_point *at)
-{
-    motor_field_at(&m->field, m->psi_vs, m->sin_e, m->cos_e, at);
-}
-
 void motor_follow_flux(struct motor *m)
 {
     const struct motor_field *f = &m->field;
-    struct field_point at;
-    field_now(m, &at);
-    m->i_d_a = at.i.d;
-    m->i_q_a = at.i.q;
-    m->torque_nm = at.torque_nm;
+    motor_field_at(f, m->psi_vs, m->sin_e, m->cos_e, &m->at);
+    m->i_d_a = m->at.i.d;
+    m->i_q_a = m->at.i.q;
+    m->torque_nm = m->at.torque_nm;
     if (!f->map.linear || f->slots.present) {
-        m->min_inductance_h = motor_field_least_h(f, &at);
+        m->min_inductance_h = motor_field_least_h(f, &m->at);
     }
+}
+
+void motor_put_back(struct motor *m, const struct motor_state *s)
+{
+    memcpy(&m->psi_vs, s->bytes, sizeof s->bytes);
+    motor_field_at(&m->field, m->psi_vs, m->sin_e, m->cos_e, &m->at);
 }
 
 static double housing_k_w(const struct motor *m)
@@ -113,9 +113,7 @@ double motor_min_inductance_h(const struct motor *m)
 
 double motor_magnetic_energy_j(const struct motor *m)
 {
-    struct field_point at;
-    field_now(m, &at);
-    return motor_field_energy(&m->field, &at) + 0.5 * m->fault.loop_h * m->loop_a * m->loop_a;
+    return motor_field_energy(&m->field, &m->at) + 0.5 * m->fault.loop_h * m->loop_a * m->loop_a;
 }
 
 /* ---- currents ---- */
@@ -163,9 +161,7 @@ void motor_hold_phase(struct motor *m, int phase)
         if (i_a == 0 || fabs(i_a) >= before_a) {
             return;
         }
-        struct field_point at;
-        field_now(m, &at);
-        double blow_vs = -i_a / along(terminal_slopes(m, &at, fault), axis);
+        double blow_vs = -i_a / along(terminal_slopes(m, &m->at, fault), axis);
         strike(m, (struct dq){blow_vs * axis.d, blow_vs * axis.q}, fault);
         before_a = fabs(i_a);
     }
@@ -181,9 +177,7 @@ void motor_hold_all(struct motor *m)
         if (i_a == 0 || i_a >= before_a) {
             return;
         }
-        struct field_point at;
-        field_now(m, &at);
-        struct dq blow = slopes_solve(terminal_slopes(m, &at, fault), i);
+        struct dq blow = slopes_solve(terminal_slopes(m, &m->at, fault), i);
         strike(m, (struct dq){-blow.d, -blow.q}, fault);
         before_a = i_a;
     }

@@ -8,6 +8,8 @@
 #define TWIN_MOTOR_H
 
 #include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
 
 #include "motor_field.h"
 #include "motor_params.h"
@@ -33,7 +35,14 @@ struct motor {
     struct motor_params p;
     struct load_params load;
     struct motor_field field;
+    enum shaft shaft;
+    double load_nm;  /* external torque against positive rotation, whatever the speed */
+    double hoist_nm; /* the same of a load on a ratchet: it turns nothing from rest */
+    struct winding_short fault;
+    double longest_turn_rad, longest_shaft_s; /* what a step has to resolve of harmonics and shaft */
+    struct field_point at;                    /* of psi_vs, at the present angle */
 
+    /* From here on, what a step changes, all else follows from it: struct motor_state. */
     struct dq psi_vs;        /* flux linkage, the electrical state */
     double i_d_a, i_q_a;     /* what follows from it: currents; motor_set_current() sets both */
     double torque_nm;        /* in the air gap */
@@ -47,15 +56,10 @@ struct motor {
     double field_c;      /* temperature of the magnets that the field is for; it follows in small steps */
     double sin_e, cos_e; /* of the electrical angle, kept with theta_rad */
 
-    enum shaft shaft;
     bool stuck;      /* free, but held by friction */
     bool load_stuck; /* the load behind a compliant shaft */
-    double load_nm;  /* external torque against positive rotation, whatever the speed */
-    double hoist_nm; /* the same of a load on a ratchet: it turns nothing from rest */
     struct cogging cogging[COGGING_TERMS];
     int cogging_terms, cogging_age;
-    struct winding_short fault;
-    double longest_turn_rad, longest_shaft_s; /* what a step has to resolve of harmonics and shaft */
 
     /* Integrals since the beginning. */
     double volt_alpha_vs, volt_beta_vs; /* of the phase voltages against the star point */
@@ -64,6 +68,18 @@ struct motor {
     double energy_load_j;                    /* done on load_nm, hoist_nm and the fan */
     double energy_driver_j;                  /* of whoever spins the shaft, into it */
 };
+
+/* A step that is tried again begins with the motor as it was before. */
+struct motor_state {
+    char bytes[sizeof(struct motor) - offsetof(struct motor, psi_vs)];
+};
+
+static inline void motor_keep(const struct motor *m, struct motor_state *s)
+{
+    memcpy(s->bytes, &m->psi_vs, sizeof s->bytes);
+}
+
+void motor_put_back(struct motor *m, const struct motor_state *s);
 
 void motor_init(struct motor *m, const struct motor_params *p, const struct load_params *load);
 

@@ -61,7 +61,10 @@ static void add_harmonics(const struct motor_field *f, double s, double c, struc
 
 void motor_field_at(const struct motor_field *f, struct dq psi, double s, double c, struct field_point *at)
 {
-    *at = (struct field_point){.magnet = {f->map.psi_f_vs, 0}, .permeance = 1};
+    at->magnet = (struct dq){f->map.psi_f_vs, 0};
+    at->turn = (struct dq){0, 0};
+    at->permeance = 1;
+    at->permeance_turn = 0;
     if (f->highest_order > 0) {
         add_harmonics(f, s, c, at);
     }
@@ -133,5 +136,5 @@ bool motor_field_flux(const struct motor_field *f, struct dq i, double s, double
 
 double motor_field_energy(const struct motor_field *f, const struct field_point *at)
 {
-    return at->permeance * motor_map_energy(&f->map, at->own) + at->slotted.energy_j;
+    return at->permeance * motor_map_energy(&f->map, at->own) + (f->slots.present ? at->slotted.energy_j : 0);
 }

@@ -13,6 +13,7 @@
 #define _GNU_SOURCE
 #include "motor.h"
 
+#include "extremes.h"
 #include "shaft.h"
 #include "turn.h"
 #include "windings.h"
@@ -41,12 +42,13 @@ struct step_constants {
 struct instant {
     double s, c;
     double speed_e;
-    struct field_point field;
-    struct dq v;       /* of the terminals */
-    struct dq i;       /* of the terminals: the field's and that of shorted turns */
-    struct dq fault;   /* axis of the phase with shorted turns */
-    struct dq slope;   /* dpsi/dt */
-    double loop_slope; /* of the current in shorted turns */
+    const struct field_point *field;
+    struct field_point turned; /* there, unless it is where the step begins */
+    struct dq v;               /* of the terminals */
+    struct dq i;               /* of the terminals: the field's and that of shorted turns */
+    struct dq fault;           /* axis of the phase with shorted turns */
+    struct dq slope;           /* dpsi/dt */
+    double loop_slope;         /* of the current in shorted turns */
 };
 
 /* ---- the longest step ---- */
@@ -63,7 +65,7 @@ static struct limits limits_of(const struct motor *m, double source_r_ohm)
     struct limits l = {.winding_s = by_l_over_r_s < by_angle_s ? by_l_over_r_s : by_angle_s,
                        .detail_s = by_harmonics_s < m->longest_shaft_s ? by_harmonics_s : m->longest_shaft_s};
     if (m->fault.present) {
-        l.detail_s = fmin(l.detail_s, 0.25 * m->fault.loop_h / winding_short_loop_ohm(&m->fault, phase_ohm));
+        l.detail_s = lesser(l.detail_s, 0.25 * m->fault.loop_h / winding_short_loop_ohm(&m->fault, phase_ohm));
     }
     return l;
 }
@@ -79,7 +81,7 @@ double motor_max_step_s(const struct motor *m, double source_r_ohm)
 /* di/dt of the terminals as the stator sees it, in the rotor's coordinates. */
 static inline struct dq current_slope(const struct step_constants *k, const struct instant *at, struct slopes g)
 {
-    const struct field_point *f = &at->field;
+    const struct field_point *f = at->field;
     struct dq own = plus(at->slope, -at->speed_e, f->turn);
     struct dq turn = motor_field_turn(&k->m->field, f);
     struct dq slope = {g.dd * own.d + g.dq * own.q + at->speed_e * (turn.d - f->i.q),
@@ -98,8 +100,8 @@ static inline void add_voltage(const struct step_constants *k, struct instant *a
 static void hold_one(const struct step_constants *k, struct instant *at)
 {
     struct dq axis = phase_axis(k->held_phase, at->s, at->c);
-    struct dq slope = current_slope(k, at, motor_field_slopes(&k->m->field, &at->field));
-    double extra_v = -dot(slope, axis) / along(terminal_slopes(k->m, &at->field, at->fault), axis);
+    struct dq slope = current_slope(k, at, motor_field_slopes(&k->m->field, at->field));
+    double extra_v = -dot(slope, axis) / along(terminal_slopes(k->m, at->field, at->fault), axis);
     add_voltage(k, at, (struct dq){extra_v * axis.d, extra_v * axis.q});
 }
 
@@ -107,8 +109,8 @@ static void hold_one(const struct step_constants *k, struct instant *at)
 static void hold_three(const struct step_constants *k, struct instant *at)
 {
     add_voltage(k, at, (struct dq){-at->v.d, -at->v.q});
-    struct dq slope = current_slope(k, at, motor_field_slopes(&k->m->field, &at->field));
-    struct dq v = slopes_solve(terminal_slopes(k->m, &at->field, at->fault), slope);
+    struct dq slope = current_slope(k, at, motor_field_slopes(&k->m->field, at->field));
+    struct dq v = slopes_solve(terminal_slopes(k->m, at->field, at->fault), slope);
     add_voltage(k, at, (struct dq){-v.d, -v.q});
 }
 
@@ -121,14 +123,27 @@ static inline struct dq source_voltage(const struct step_constants *k, const str
     return (struct dq){alpha * at->c + beta * at->s, beta * at->c - alpha * at->s};
 }
 
+/* The field is known where the step begins. */
+static inline void look(const struct motor *m, struct dq psi, double theta_rad, struct instant *at)
+{
+    if (psi.d == m->psi_vs.d && psi.q == m->psi_vs.q && theta_rad == m->theta_rad) {
+        at->s = m->sin_e;
+        at->c = m->cos_e;
+        at->field = &m->at;
+        return;
+    }
+    turn_by(m->p.pole_pairs * (theta_rad - m->theta_rad), m->sin_e, m->cos_e, &at->s, &at->c);
+    motor_field_at(&m->field, psi, at->s, at->c, &at->turned);
+    at->field = &at->turned;
+}
+
 static void electrical(const struct step_constants *k, const double y[STATES], struct instant *at)
 {
     const struct motor *m = k->m;
     struct dq psi = {y[PSI_D], y[PSI_Q]};
-    turn_by(m->p.pole_pairs * (y[THETA] - m->theta_rad), m->sin_e, m->cos_e, &at->s, &at->c);
-    motor_field_at(&m->field, psi, at->s, at->c, &at->field);
+    look(m, psi, y[THETA], at);
     at->speed_e = m->p.pole_pairs * y[SPEED];
-    at->i = at->field.i;
+    at->i = at->field->i;
     at->fault = (struct dq){0, 0};
     at->loop_slope = 0;
     if (m->fault.present) {
@@ -138,8 +153,8 @@ static void electrical(const struct step_constants *k, const double y[STATES], s
     }
     struct dq v = source_voltage(k, at);
     at->v = (struct dq){0, 0};
-    at->slope = (struct dq){at->speed_e * psi.q - k->resistance_ohm * at->field.i.d,
-                            -at->speed_e * psi.d - k->resistance_ohm * at->field.i.q};
+    at->slope = (struct dq){at->speed_e * psi.q - k->resistance_ohm * at->field->i.d,
+                            -at->speed_e * psi.d - k->resistance_ohm * at->field->i.q};
     add_voltage(k, at, v);
     if (k->held_count == 1) {
         hold_one(k, at);
@@ -166,17 +181,17 @@ static void derivative(const struct step_constants *k, const double y[STATES], d
 {
     struct instant at;
     electrical(k, y, &at);
-    double torque_nm = at.field.torque_nm;
+    double torque_nm = at.field->torque_nm;
     dy[PSI_D] = at.slope.d;
     dy[PSI_Q] = at.slope.q;
     dy[LOOP] = at.loop_slope;
     dy[VOLT_ALPHA] = at.v.d * at.c - at.v.q * at.s;
     dy[VOLT_BETA] = at.v.d * at.s + at.v.q * at.c;
     dy[E_IN] = 1.5 * dot(at.v, at.i);
-    dy[E_COPPER] = 1.5 * k->resistance_ohm * dot(at.field.i, at.field.i);
+    dy[E_COPPER] = 1.5 * k->resistance_ohm * dot(at.field->i, at.field->i);
     dy[E_FAULT] = k->loop_ohm * y[LOOP] * y[LOOP];
     dy[E_AIRGAP] = torque_nm * y[SPEED];
-    shaft_derivative(&k->shaft, y, torque_nm, iron_nm(k, y, at.field.i.d), dy);
+    shaft_derivative(&k->shaft, y, torque_nm, iron_nm(k, y, at.field->i.d), dy);
 }
 
 /* ---- one step ---- */
@@ -281,15 +296,26 @@ static void take_over(struct motor *m, const double y[SLOPES])
 
 void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 {
-    struct step_constants k = {.m = m, .source = source};
+    struct step_constants k;
+    k.m = m;
+    k.source = source;
     motor_follow_temperature(m);
     begin(&k);
     if (k.held_count > 1) {
         motor_hold_all(m);
     }
     shaft_begin(&k.shaft, m, m->torque_nm);
-    double y[SLOPES] = {m->psi_vs.d,  m->psi_vs.q,         m->loop_a,   m->speed_rad_s,
-                        m->theta_rad, m->load_speed_rad_s, m->twist_rad};
+    double y[SLOPES];
+    y[PSI_D] = m->psi_vs.d;
+    y[PSI_Q] = m->psi_vs.q;
+    y[LOOP] = m->loop_a;
+    y[SPEED] = m->speed_rad_s;
+    y[THETA] = m->theta_rad;
+    y[LOAD_SPEED] = m->load_speed_rad_s;
+    y[TWIST] = m->twist_rad;
+    for (int n = STATES; n < SLOPES; n++) {
+        y[n] = 0;
+    }
     struct limits longest = limits_of(m, largest(source->r_ohm));
     if (dt_s < SHORT_STEP * longest.winding_s && dt_s < SHORT_DETAIL * longest.detail_s) {
         midpoint(&k, y, dt_s);

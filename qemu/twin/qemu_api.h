@@ -21,6 +21,7 @@ struct vm_instruction {
     const void *context;
     bool wants_registers; /* vm_register() tells this instruction's operands */
     bool wants_address;   /* `access` is to be called for it */
+    bool accesses_once;   /* and will be, whatever happens, once */
 };
 
 struct vm_instructions {
@@ -28,7 +29,8 @@ struct vm_instructions {
     /* What stands for the first as well as for the second, which follows it in a block; NULL: each for itself. */
     const void *(*join)(const void *context, const void *next);
     void (*execute)(const void *context); /* before what it stands for is executed */
-    void (*access)(uint32_t address);     /* after each of its accesses to memory */
+    /* After each of its accesses to memory. `next`, if not NULL, is about to execute. */
+    void (*access)(uint32_t address, const void *next);
 };
 void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks);
 

@@ -58,12 +58,11 @@ static void executed(unsigned cpu, void *instruction)
     instruction_hooks->execute(instruction);
 }
 
-static void accessed(unsigned cpu, uint32_t info, uint64_t address, void *unused)
+static void accessed(unsigned cpu, uint32_t info, uint64_t address, void *next)
 {
     (void)cpu;
     (void)info;
-    (void)unused;
-    instruction_hooks->access((uint32_t)address);
+    instruction_hooks->access((uint32_t)address, next);
 }
 
 /* QEMU's main loop moves the clock to the next timer as soon as the core is halted, and now and then it does so before
@@ -84,53 +83,58 @@ static bool is_wfi(const opaque *instruction)
     return (bytes[0] | bytes[1] << 8) == WFI_T1;
 }
 
-/* An instruction of a block, and what its `execute` stands for. */
+/* Instructions of a block that are told of as one. */
 struct piece {
-    opaque *instruction;
-    struct vm_instruction known;
+    opaque *first, *last; /* NULL: there is none */
+    struct vm_instruction known, known_of_last;
 };
 
 static struct piece piece_at(const opaque *block, size_t n)
 {
     opaque *instruction = vm.qemu_plugin_tb_get_insn(block, n);
-    return (struct piece){instruction, instruction_hooks->translate((uint32_t)vm.qemu_plugin_insn_vaddr(instruction))};
+    struct vm_instruction known = instruction_hooks->translate((uint32_t)vm.qemu_plugin_insn_vaddr(instruction));
+    return (struct piece){instruction, instruction, known, known};
 }
 
-static void listen_at_sleep(const struct piece *p)
+/* Each call from a block costs: where the piece before ends with an access, that tells of this one, too. */
+static void listen(const struct piece *before, const struct piece *p)
 {
-    if (is_wfi(p->instruction)) {
-        vm.qemu_plugin_register_vcpu_insn_exec_cb(p->instruction, about_to_sleep, 0, NULL);
+    bool told = p->first && before->last && before->known_of_last.accesses_once && !p->known.wants_registers;
+    void *context = (void *)(uintptr_t)p->known.context;
+    if (before->last && before->known_of_last.wants_address) {
+        vm.qemu_plugin_register_vcpu_mem_cb(before->last, accessed, 0, READS_AND_WRITES, told ? context : NULL);
     }
-}
-
-static void listen(const struct piece *p)
-{
-    vm.qemu_plugin_register_vcpu_insn_exec_cb(p->instruction, executed, p->known.wants_registers ? READS_REGISTERS : 0,
-                                              (void *)(uintptr_t)p->known.context);
-    if (p->known.wants_address) {
-        vm.qemu_plugin_register_vcpu_mem_cb(p->instruction, accessed, 0, READS_AND_WRITES, NULL);
+    if (p->first && !told) {
+        int flags = p->known.wants_registers ? READS_REGISTERS : 0;
+        vm.qemu_plugin_register_vcpu_insn_exec_cb(p->first, executed, flags, context);
     }
-    listen_at_sleep(p);
 }
 
 /* A block is executed from its first instruction to its last: where it has to end earlier, it is translated anew. */
 static void translated(uint64_t id, opaque *block)
 {
     (void)id;
+    static const struct piece none;
     size_t count = vm.qemu_plugin_tb_n_insns(block);
-    struct piece head = piece_at(block, 0);
+    struct piece before = none, now = piece_at(block, 0);
     for (size_t n = 1; n < count; n++) {
         struct piece next = piece_at(block, n);
-        const void *joined = instruction_hooks->join(head.known.context, next.known.context);
+        const void *joined = instruction_hooks->join(now.known.context, next.known.context);
         if (joined) {
-            head.known.context = joined;
-            listen_at_sleep(&next);
+            now.known.context = joined;
+            now.last = next.last;
+            now.known_of_last = next.known_of_last;
         } else {
-            listen(&head);
-            head = next;
+            listen(&before, &now);
+            before = now;
+            now = next;
         }
     }
-    listen(&head);
+    listen(&before, &now);
+    listen(&now, &none);
+    if (is_wfi(now.last)) {
+        vm.qemu_plugin_register_vcpu_insn_exec_cb(now.last, about_to_sleep, 0, NULL);
+    }
 }
 
 void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks)

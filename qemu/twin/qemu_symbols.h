@@ -69,6 +69,7 @@ struct region_ops {
     X(opaque *, qemu_allocate_irq, (void (*)(void *, int, int), void *, int)) \
     X(void, qdev_connect_gpio_out_named, (opaque *, const char *, int, opaque *)) \
     X(void, cpu_physical_memory_rw, (uint64_t, void *, uint64_t, bool)) \
+    X(void *, cpu_physical_memory_map, (uint64_t, uint64_t *, bool)) \
     X(int, cpu_memory_rw_debug, (opaque *, uint64_t, void *, size_t, bool)) \
     X(int, address_space_write_rom, (opaque *, uint64_t, uint64_t attributes, const void *, uint64_t)) \
     X(opaque *, qemu_chr_find, (const char *)) \

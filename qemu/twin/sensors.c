@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "extremes.h"
+
 #define CODES    4096
 #define MIDDLE   2048
 #define TURN_RAD 6.283185307179586
@@ -33,9 +35,12 @@ void sensors_init(struct sensors *s, const struct sensor_params *p, uint64_t see
 
 void sensors_follow(struct sensors *s, const struct leg_view leg[3], double dt_s)
 {
-    double left = s->lag_s > 0 ? exp(-dt_s / s->lag_s) : 0;
+    if (dt_s != s->step_s) { /* most steps are as long as the one before */
+        s->step_s = dt_s;
+        s->left = s->lag_s > 0 ? exp(-dt_s / s->lag_s) : 0;
+    }
     for (int k = 0; k < 3; k++) {
-        amplifier_follow(&s->current[k].amplifier, &leg[k], dt_s, s->lag_s, left);
+        amplifier_follow(&s->current[k].amplifier, &leg[k], dt_s, s->lag_s, s->left);
     }
 }
 
@@ -72,7 +77,7 @@ static double edge_noise_lsb(const struct sensors *s, int k)
     }
     double since_s = LONG_AGO_S;
     for (int leg = 0; leg < 3; leg++) {
-        since_s = fmin(since_s, s->current[leg].amplifier.since_edge_s);
+        since_s = lesser(since_s, s->current[leg].amplifier.since_edge_s);
     }
     return s->current[k].edge_noise_lsb * exp(-since_s / s->p.edge_noise_tau_s);
 }
@@ -89,7 +94,7 @@ static uint32_t quantise(const struct sensors *s, double code)
     }
     double step = exp2(12 - s->p.adc_bits);
     double whole = floor(code / step + 0.5) * step;
-    return (uint32_t)fmin(fmax(whole, 0), CODES - step);
+    return (uint32_t)lesser(larger(whole, 0), CODES - step);
 }
 
 /* From the middle. */

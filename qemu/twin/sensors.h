@@ -46,8 +46,9 @@ struct sensors {
     struct hall hall;
     struct random noise, edge_noise;
     double bus_noise_lsb;
-    double lag_s; /* of the amplifiers */
-    bool follows; /* the legs matter between two samples, too */
+    double lag_s;        /* of the amplifiers */
+    double step_s, left; /* of the last step, and what it left of a difference between their ends */
+    bool follows;        /* the legs matter between two samples, too */
 };
 
 void sensors_init(struct sensors *s, const struct sensor_params *p, uint64_t seed);

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "shaft.h"
 
+#include "extremes.h"
 #include "turn.h"
 
 #define RATCHET_SHARE   0.25 /* of what a hoist pulls: what it takes to let it down from rest, so that cogging does not */
@@ -16,7 +17,7 @@ static inline bool is_rigid(const struct motor *m)
 
 static double breakaway_nm(const struct load_params *l)
 {
-    return fmax(l->coulomb_nm, l->stiction_nm);
+    return larger(l->coulomb_nm, l->stiction_nm);
 }
 
 static inline double load_friction_nm(const struct load_params *l, double speed_rad_s)
@@ -92,8 +93,8 @@ static double direction_of(double speed_rad_s, double pull_nm, double holds_nm, 
     if (speed_rad_s != 0) {
         return speed_rad_s > 0 ? 1 : -1;
     }
-    double up_nm = holds_nm + fmax(hoist_nm, -RATCHET_SHARE * hoist_nm);
-    double down_nm = holds_nm + fmax(-hoist_nm, RATCHET_SHARE * hoist_nm);
+    double up_nm = holds_nm + larger(hoist_nm, -RATCHET_SHARE * hoist_nm);
+    double down_nm = holds_nm + larger(-hoist_nm, RATCHET_SHARE * hoist_nm);
     bool above = pull_nm > up_nm, below = pull_nm < -down_nm;
     *stuck = !above && !below;
     return above ? 1 : below ? -1 : 0;
@@ -184,7 +185,7 @@ static double longest_step_s(const struct motor *m)
         return INFINITY;
     }
     double per_inertia = 1 / m->p.inertia_kgm2 + 1 / m->load.inertia_kgm2;
-    return fmin(0.1 / sqrt(m->load.stiffness_nm_rad * per_inertia), 0.3 / (m->load.damping_nms * per_inertia));
+    return lesser(0.1 / sqrt(m->load.stiffness_nm_rad * per_inertia), 0.3 / (m->load.damping_nms * per_inertia));
 }
 
 void shaft_init(struct motor *m)

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "bus.h"
+#include "extremes.h"
 #include "inverter.h"
 
 #define SIXTH_TURN_RAD 1.0471975511965976 /* between two crossings of the mains' phases */
@@ -30,12 +31,12 @@ static double longest_step_s(const struct inverter_params *p)
 {
     double c = p->bus_capacitance_f, r = p->supply_resistance_ohm + p->bus_esr_ohm, longest_s = INFINITY;
     if (p->supply_inductance_h > 0) {
-        longest_s = fmin(2 * p->supply_inductance_h / (r + 1e-9), 0.2 * sqrt(p->supply_inductance_h * c));
+        longest_s = lesser(2 * p->supply_inductance_h / (r + 1e-9), 0.2 * sqrt(p->supply_inductance_h * c));
     } else if (p->supply_resistance_ohm > 0) {
         longest_s = 2 * r * c;
     }
     if (p->chopper_ohm > 0) {
-        longest_s = fmin(longest_s, 2 * (p->chopper_ohm + p->bus_esr_ohm) * c);
+        longest_s = lesser(longest_s, 2 * (p->chopper_ohm + p->bus_esr_ohm) * c);
     }
     return longest_s;
 }
@@ -269,7 +270,7 @@ double supply_bus_v(const struct supply *s, const struct inverter_params *p, str
     }
     struct store c = store_over(s, p, load.conductance_s, 0);
     double feed_a = feed_now_a(s, p, load);
-    return c.v + c.ohm * ((sinks(p) ? feed_a : fmax(feed_a, 0)) - load.current_a);
+    return c.v + c.ohm * ((sinks(p) ? feed_a : larger(feed_a, 0)) - load.current_a);
 }
 
 double supply_take(struct supply *s, const struct inverter_params *p, double charge_as)

@@ -61,12 +61,13 @@ static unsigned flushes;
 
 static struct sysreg_word *word_at(uint32_t offset)
 {
-    for (int n = 0; n < SYSREG_WORDS; n++) {
+    static struct sysreg_word *known[FLUSH_CR / 4 + 1]; /* by word: some are asked for at every fetch */
+    for (int n = 0; n < SYSREG_WORDS && !(offset <= FLUSH_CR && known[offset / 4]); n++) {
         if (sysreg_words[n].offset == offset) {
-            return &sysreg_words[n];
+            known[offset / 4] = &sysreg_words[n];
         }
     }
-    return NULL;
+    return offset <= FLUSH_CR ? known[offset / 4] : NULL;
 }
 
 uint32_t sysreg_read(void *word, uint32_t offset)

@@ -127,7 +127,7 @@ def run(build, *arguments, **environment):
 def test_command_line(build, fake_qemu, tmp_path):
     scenario = tmp_path / "good.toml"
     scenario.write_text(TOML.format(limit=3))
-    answer = run(build, "run", QEMU=fake_qemu(), SCENARIO=str(scenario), SEED="5")
+    answer = run(build, "run", "--picture", QEMU=fake_qemu(), SCENARIO=str(scenario), SEED="5")
     assert answer.returncode == 0, answer.stderr
     assert "PASS" in answer.stdout and "all 2 limits hold" in answer.stdout
     report = json.loads((build / "run" / "report.json").read_text())
@@ -138,6 +138,7 @@ def test_command_line(build, fake_qemu, tmp_path):
     scenario.write_text(TOML.format(limit=1))
     answer = run(build, "run", QEMU=fake_qemu(), SCENARIO=str(scenario))
     assert answer.returncode == 1 and "FAIL" in answer.stdout and "1 of 2 limits failed: current" in answer.stdout
+    assert not (build / "run" / "run.png").exists(), "drawn on request only"
 
 
 def test_what_the_drive_refuses_ends_the_run_with_that_line(build, fake_qemu, tmp_path):

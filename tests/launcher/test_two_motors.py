@@ -100,7 +100,7 @@ def test_on_the_command_line(build_of_two, fake_qemu, tmp_path):
     good.write_text(TOML.format(limit=101))
     bad.write_text(TOML.format(limit=40))
     out = build_of_two / "run"
-    answer = run(build_of_two, "run", QEMU=fake_qemu(), MOTOR=f"{FIRST} {SECOND}", SCENARIO=str(good))
+    answer = run(build_of_two, "run", "--picture", QEMU=fake_qemu(), MOTOR=f"{FIRST} {SECOND}", SCENARIO=str(good))
     assert answer.returncode == 0, answer.stderr
     assert "axis 1: a test" in answer.stdout and "axis 2: a test" in answer.stdout
     assert answer.stdout.count("CPU load at 20 kHz") == answer.stdout.count("    of axis 2  ") == 1

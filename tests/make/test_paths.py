@@ -51,7 +51,8 @@ def test_the_worst_folder_links_and_runs(tmp_path):
     """By make and by the launcher; only what names the folder is made anew: the image, and a run of 20 ms."""
     here = copied(tmp_path / "it's \"a\" (b)[c]{d}&;|,:=@$HOME #5 %é~\\*?!`<x>", PARTS, BUILT)
     (here / "qemu/scenarios/short.toml").write_text(SHORT)
-    for command in (["make", "-s", "build/mssfoc.hex"], ["/usr/bin/python3", "qemu/run.py", "run", "--scenario", "short"]):
+    play = ["/usr/bin/python3", "qemu/run.py", "run", "--picture", "--scenario", "short"]
+    for command in (["make", "-s", "build/mssfoc.hex"], play):
         result = run(*command, cwd=here, CDPATH=f"{tmp_path}:/", BUILD="build")
         assert result.returncode == 0 and not result.stderr, (command, result.stdout, result.stderr)
     assert (here / "build/run/run.png").stat().st_size > 1000 and "limits hold" in result.stdout
