@@ -11,15 +11,15 @@ import subprocess
 
 import numpy as np
 import pytest
-
-from closed_loop.bus import load_bus
 from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
 from launcher.paths import build_dir
 from launcher.probes import Symbols
-from unit.conftest import HERE as UNIT
-from unit.conftest import build_program
-from unit.modbus_line import US, crc, long, read, write, write_one
+
+from closed_loop.bus import load_bus
+from rigs.firmware import build_program
+from rigs.firmware import HERE as UNIT
+from rigs.modbus_line import US, crc, long, read, write, write_one
 
 FRAMES, LINES = 1500, 300  # of a piece; frames and lines that would move the motor are left out of it
 PIECES = max(1, -(-int(os.environ.get("STORM_FRAMES") or FRAMES) // FRAMES))

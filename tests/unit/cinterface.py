@@ -15,6 +15,7 @@ from elftools.elf.elffile import ELFFile
 INTEGERS = {(True, 1): ctypes.c_int8, (True, 2): ctypes.c_int16, (True, 4): ctypes.c_int32, (True, 8): ctypes.c_int64,
             (False, 1): ctypes.c_uint8, (False, 2): ctypes.c_uint16, (False, 4): ctypes.c_uint32, (False, 8): ctypes.c_uint64}
 BOOLEAN, FLOAT, SIGNED, SIGNED_CHAR = 0x02, 0x04, 0x05, 0x06
+PREFIXES = {"axis_state": "AXIS", "flying_result": "FLYING", "slot_state": "SLOT"}  # of the others it is the enum's own name
 TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type", "DW_TAG_restrict_type")
 
 
@@ -33,6 +34,10 @@ class Library:
             if name in table:
                 return table[name]
         raise AttributeError(f"the library has no '{name}' in its debug information")
+
+    def name(self, enum, value):
+        """The enumerator's, without what all of that enum begin with: "STALL" of c.name("fault", 14)."""
+        return next(name for name, number in self.enums[enum].items() if number == value)[len(PREFIXES.get(enum, enum)) + 1:]
 
     def address_of_static(self, name, beside):
         """Where a static variable stands, by the symbols: as far from `beside`, which can be found by its name."""

@@ -6,8 +6,8 @@ import struct
 
 import pytest
 
-from unit.axes_at_rest import SLOTS_BYTES
-from unit.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
+from rigs.axes_at_rest import SLOTS_BYTES
+from rigs.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
 
 COMMAND, ANSWER, NONE = 0x7E5, 0x7E4, 255
 WAITING, CONFIGURATION = 0, 1

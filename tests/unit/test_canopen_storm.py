@@ -2,7 +2,7 @@
 """A million frames on the CAN bus of a drive that is in operation half of the time (canopen_storm.c). `make test`: a fifth."""
 import pytest
 
-from unit.conftest import HERE, storm
+from rigs.firmware import HERE, storm
 
 FRAMES, IN_THE_SAMPLE = 1_000_000, 200_000
 

@@ -5,56 +5,7 @@ import re
 
 import pytest
 
-from unit.conftest import ROOT, identify
-
-VERSION = "mssfoc " + re.search(r'CONFIG_VERSION "(.*)"', (ROOT / "firmware/settings/config.h").read_text())[1]
-SAID = f"{VERSION}, commit unknown, PWM 20000 Hz, dead time 1000 ns, all features"  # on the host nobody tells the commit
-I_RANGE_MA, V_RANGE_MV = 32768, 65536  # so that a step of Q15 is 1 mA, and 2 mV
-
-
-class Operator:
-    """Somebody who types at the console of an axis, and what he is told."""
-
-    def __init__(self, c):
-        self.c, self.fabric, self.axis, self.last_life = c, c.fabric(), c.axis(), c.postmortem()
-        c.drive_init(self.axis, self.fabric)
-        identify(self.fabric)
-        self.axis.fabric_doubt = 0
-        self.axis.state = c.AXIS_SWITCH_ON_DISABLED
-        self.axis.params.i_range_ma, self.axis.params.v_range_mv = I_RANGE_MA, V_RANGE_MV
-        self.console, session = c.console(), c.session()
-        c.host_envm_new(self.axis, 8e-3, 1)
-        self.slots, self.kept = c.host_slots(), c.nvm_report()
-        session.axis, session.last_life = ctypes.pointer(self.axis), ctypes.pointer(self.last_life)
-        session.slots, session.loaded = ctypes.pointer(self.slots), ctypes.pointer(self.kept)
-        c.host_heard_bytes.value = c.host_heard_taken.value = c.host_said_bytes.value = 0
-        c.console_start(self.console, session)
-        self.greeting = self.heard()
-
-    def heard(self):
-        text = bytes(self.c.host_said)[:self.c.host_said_bytes.value].decode()
-        self.c.host_said_bytes.value = 0
-        return text
-
-    def type(self, text):
-        """What comes back, echo and prompt included."""
-        ctypes.memmove(self.c.host_heard, text, len(text))
-        self.c.host_heard_bytes.value, self.c.host_heard_taken.value = len(text), 0
-        while self.c.console_poll(self.console):
-            pass
-        return self.heard()
-
-    def __call__(self, line):
-        """The lines that answer a command."""
-        said = self.type(line.encode() + b"\r")
-        self.c.set_point_take(self.axis)
-        assert said.startswith(line + "\r\n") and said.endswith("\r\n> ")
-        return said[len(line) + 2:-len("\r\n> ")].split("\r\n") if said != line + "\r\n> " else []
-
-
-@pytest.fixture
-def operator(c):
-    return Operator(c)
+from rigs.console import SAID, VERSION
 
 
 def test_the_greeting(operator):
@@ -111,7 +62,7 @@ def test_load_says_what_is_wrong(operator, c):
 
 
 def test_load_says_what_it_refuses(operator):
-    from unit.settings_bench import PARAMETER, number, record, slot
+    from rigs.settings import PARAMETER, number, record, slot
 
     def store(*records):
         raw = slot(records, 7)

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from unit.test_commands import Operator
+from rigs.console import Operator
 
 # A parameter of each ending that has a unit, and of none.
 UNITS = {"ramp_rpm_s": "rpm/s", "learn_rpm": "rpm", "cyclic_ms": "ms", "winding_tau_s": "s", "i_max_ma": "mA", "v_min_mv": "mV",

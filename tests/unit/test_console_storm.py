@@ -2,7 +2,7 @@
 """100 000 lines at the console of a drive that is in operation half of the time (console_storm.c); `make test`: fewer."""
 import pytest
 
-from unit.conftest import HERE, storm
+from rigs.firmware import HERE, storm
 
 LINES, IN_THE_SAMPLE = 100_000, 50_000
 

@@ -2,9 +2,9 @@
 """Carrying on without the Hall switches: by which angle, from where on, and what else it comes to."""
 import pytest
 
-from unit.hall_bench import IDEAL, TURN
-from unit.hall_motor import HallMotor, intact, open_wire
-from unit.test_failover import ADC_CURRENT, observer_leads
+from rigs.carrying import ADC_CURRENT, observer_leads
+from rigs.hall_motor import HallMotor, intact, open_wire
+from rigs.hall_rotor import IDEAL, TURN
 
 NEAR_DEG = 3
 

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from unit.hall_bench import IDEAL, TURN
-from unit.hall_motor import HallMotor, open_wire
-from unit.test_failover import frame_deg
-from unit.test_unit_supervision import CLOCKS, LOOPS
+from rigs.carrying import frame_deg
+from rigs.hall_motor import HallMotor, open_wire
+from rigs.hall_rotor import IDEAL, TURN
+from rigs.motor import CLOCKS, LOOPS
 
 ALL_ONES = TURN - 1
 ENCODER, OBSERVER, HALL = SOURCES = range(3)
@@ -89,8 +89,7 @@ class Turning(HallMotor):
                     self.told_deg, self.told_rpm = 0.0, self.axis.speed.estimate.speed_rpm_q15 / 32768
             assert not self.axis.handover.under_way
             outcome = self.axis.handover.outcome
-        names = self.c.enums["error"]
-        return next(name for name, value in names.items() if value == outcome.error)[len("ERROR_"):], outcome.value
+        return self.c.name("error", outcome.error), outcome.value
 
     @property
     def leads(self):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from unit.modbus_line import Line, crc, frame, framed, read, words, write, write_one
+from rigs.modbus_line import Line, crc, frame, framed, read, words, write, write_one
 
 LONG_MS = 60  # longer than the patience with a frame that does not go on
 

@@ -2,7 +2,7 @@
 """200 000 frames on the line of a drive that is in operation half of the time (modbus_storm.c). `make test`: half of them."""
 import pytest
 
-from unit.conftest import HERE, storm
+from rigs.firmware import HERE, storm
 
 FRAMES, IN_THE_SAMPLE = 200_000, 100_000
 

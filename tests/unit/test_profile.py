@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import ROOT
+from rigs.firmware import ROOT
 
 HERE = Path(__file__).resolve().parent
 RETARGETS = 1_000_000

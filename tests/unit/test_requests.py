@@ -4,7 +4,7 @@ import ctypes
 
 import pytest
 
-from unit.conftest import identify
+from rigs.drive import identify
 
 REQUESTS = {"on": ("switch_on_at_once",), "quickstop": ("drive_quick_stop",), "clear": ("drive_clear_fault",),
             "speed": ("drive_command_speed", 100), "torque": ("drive_command_current", 100)}

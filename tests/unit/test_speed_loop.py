@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
 
 FULL_GAIN_CLOCKS, ONE_Q29 = 150000, 1 << 29
 

@@ -5,42 +5,13 @@ import math
 
 import pytest
 
-from unit.hall_bench import IDEAL
-from unit.test_axis_start import CALIBRATION_MS, WIRING, cause, show_wiring
-from unit.test_current_loop import FULL
-from unit.test_state_machine import World
+from rigs.drive import World
+from rigs.hall_rotor import IDEAL
+from rigs.motor_numbers import FULL
+from rigs.starting import WIRING, sample, show_wiring, switched_on
 
 ALL_ONES, TURN = 2**32 - 1, 2**32
 BAD = (0, 7)
-
-
-def sample(w, state):
-    """A millisecond or two after the one before."""
-    encoder = w.fabric.encoder
-    encoder.LATCH_TIME += 150000
-    if state != encoder.HALL:
-        encoder.HALL_TIME = encoder.LATCH_TIME - 1000
-    encoder.HALL = state
-    w.c.host_hall_observe(w.axis.loop, w.axis.hall, encoder)
-
-
-def switched_on(c, states=(1,), wired=True, learns=False):
-    """In its calibration; while that lasts the switches show these, one after another."""
-    w = World(c)
-    w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
-    w.axis.loop.vbus_q15 = 13670
-    w.axis.params.angle_source = 2
-    w.fabric.encoder.HALL = states[0]
-    if not learns:
-        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
-    else:
-        assert c.drive_learn_hall(w.axis).error == c.ERROR_NONE
-    assert w.step() == "SWITCHED_ON"
-    w.axis.start.wired = wired
-    for state in states:
-        sample(w, state)
-    w.step(CALIBRATION_MS)
-    return w
 
 
 def leads(w):
@@ -55,7 +26,7 @@ def test_on_goes_straight_into_operation_from_the_sectors_middle(c, sector):
     assert leads(w) and w.axis.start.phase == c.START_HALL
     assert abs(w.axis.loop.pll.angle_q32 - round((sector + 0.5) / 6 * TURN)) < 10
     assert w.step() == "OPERATION_ENABLED" and w.axis.loop.angle_offset_q32 == 0
-    assert w.fabric.encoder.FILTER >> 8 == 20 and cause(w) == "NONE"
+    assert w.fabric.encoder.FILTER >> 8 == 20 and w.fault == "NONE"
 
 
 def test_only_the_first_on_looks_at_the_wiring(c):
@@ -88,7 +59,7 @@ def test_a_rotor_that_turns_is_caught_without_a_look_at_the_wiring(c):
 @pytest.mark.parametrize("state", BAD)
 def test_without_a_state_that_there_is_it_does_not_start(c, state):
     w = switched_on(c, (state,))
-    assert cause(w) == "HALL_INVALID" and w.axis.faults.detail[0] == state and w.fabric.gate.CONTROL == 0
+    assert w.fault == "HALL_INVALID" and w.axis.faults.detail[0] == state and w.fabric.gate.CONTROL == 0
 
 
 @pytest.mark.parametrize("fault", ("OPEN_PHASE", "SENSOR_SIGN", "SENSORS_EXCHANGED"))
@@ -101,7 +72,7 @@ def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, tur
     show_wiring(w.axis.start.wiring, *{"OPEN_PHASE": (0,), "SENSOR_SIGN": (-9999,),
                                 "SENSORS_EXCHANGED": (9999, ((1, 1), (2, 1), (0, 1)))}[fault])
     c.start_step(w.axis)
-    assert cause(w) == (named or fault)
+    assert w.fault == (named or fault)
 
 
 # ---- operation ----
@@ -110,7 +81,7 @@ def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, tur
 def running(c):
     w = switched_on(c)
     w.step(3)
-    assert w.state == "OPERATION_ENABLED" and cause(w) == "NONE"
+    assert w.state == "OPERATION_ENABLED" and w.fault == "NONE"
     return w
 
 
@@ -125,19 +96,19 @@ def show(w, *states):
     ((1, 2), "HALL_SEQUENCE"), ((1, 6), "HALL_SEQUENCE"), ((1, 4), "HALL_SEQUENCE"), ((7, 7, 6), "HALL_INVALID")))
 def test_states_that_there_are_not_and_sectors_that_are_skipped(running, states, fault):
     show(running, *states)
-    assert cause(running) == fault and running.fabric.gate.CONTROL == (fault == "NONE")
+    assert running.fault == fault and running.fabric.gate.CONTROL == (fault == "NONE")
     assert fault == "NONE" or running.axis.faults.detail[0] == states[-1]
 
 
 def test_single_samples_do_not_add_up_over_milliseconds(running):
     for _ in range(20):
         show(running, 1, 7, 1)
-    assert cause(running) == "NONE"
+    assert running.fault == "NONE"
 
 
 def test_what_was_before_the_start_does_not_count(c):
     w = switched_on(c, (7, 7, 0, 1, 2, 6))
-    assert w.step() == "OPERATION_ENABLED" and w.step() == "OPERATION_ENABLED" and cause(w) == "NONE"
+    assert w.step() == "OPERATION_ENABLED" and w.step() == "OPERATION_ENABLED" and w.fault == "NONE"
 
 
 @pytest.mark.parametrize("name", ("HALL_INVALID", "HALL_SEQUENCE"))
@@ -150,7 +121,7 @@ def test_the_rotor_is_known_and_nothing_of_an_observer_meddles(running):
     w = running
     w.axis.loop.flux.margin_q8, w.axis.loop.flux.rho_q15 = 0, 32767
     w.step(50)
-    assert leads(w) and cause(w) == "NONE" and w.axis.sensorless.weak_ms == w.axis.lock_watch.lost_ms == 0
+    assert leads(w) and w.fault == "NONE" and w.axis.sensorless.weak_ms == w.axis.lock_watch.lost_ms == 0
 
 
 @pytest.mark.parametrize("clocks, told", ((400, 100), (400000, 100000), (3200000, 800000), (3200004, 800000), (2**28, 800000)))
@@ -170,7 +141,7 @@ def test_a_speed_is_not_lost_while_the_next_edges_may_say_why_one_is_missing(c, 
     w.axis.supervision.speed.deviation_q4, w.axis.supervision.speed.far_ms = -1, 100
     c.speed_watch_step(w.axis)
     c.reaction_step(w.axis)
-    assert cause(w) == ("NONE" if overdue else "SPEED_DEVIATION")
+    assert w.fault == ("NONE" if overdue else "SPEED_DEVIATION")
 
 
 def test_a_rotor_that_turns_may_be_switched_on(c):
@@ -201,20 +172,20 @@ def carry(w):
 def test_a_phase_that_carries_nothing_while_it_learns_is_open(c):
     w = switched_on(c, wired=False, learns=True)
     c.start_hall_wired(w.axis)
-    while w.axis.start.phase == c.START_LAY_HALL and cause(w) == "NONE":
+    while w.axis.start.phase == c.START_LAY_HALL and w.fault == "NONE":
         w.step()
         carry(w)
     for _ in range(200):
         w.step()
         carry(w)
-    assert cause(w) == "NONE"
+    assert w.fault == "NONE"
     for v_d_steps, fault in ((0, "NONE"), (FULL // 20, "NONE"), (FULL // 12, "OPEN_PHASE")):
         w.axis.loop.v_d_steps = v_d_steps  # dead time may hide a 16th of the bus; where no current comes it becomes more
         for _ in range(200):
             w.step()
             carry(w)
             w.fabric.adc.IA = 0
-        assert cause(w) == fault, v_d_steps
+        assert w.fault == fault, v_d_steps
     assert w.axis.faults.detail[0] == 1 and w.fabric.gate.CONTROL == 0
 
 
@@ -224,7 +195,7 @@ def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
     c.start_hall_wired(w.axis)
     assert w.axis.start.phase == c.START_LAY_HALL and w.axis.loop.field_follows == 0
     assert c.start_tuning(w.axis).contents.kp_d_q12 == 0, "a voltage is held, and brakes"
-    while w.axis.start.phase == c.START_LAY_HALL and cause(w) == "NONE":
+    while w.axis.start.phase == c.START_LAY_HALL and w.fault == "NONE":
         w.step()
         carry(w)
     assert w.axis.start.phase == c.START_LEARN_HALL and c.start_tuning(w.axis).contents.kp_d_q12 > 0
@@ -234,7 +205,7 @@ def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
         carry(w)
         speeds.add(w.axis.loop.field_speed_q32)
     assert max(speeds) == -min(speeds) == TURN * 2 // 20000
-    assert cause(w) == "HALL_UNKNOWN" and list(w.axis.faults.detail) == [0, 0] and w.fabric.gate.CONTROL == 0
+    assert w.fault == "HALL_UNKNOWN" and list(w.axis.faults.detail) == [0, 0] and w.fabric.gate.CONTROL == 0
 
 
 def test_what_it_finds_becomes_parameters_and_then_it_is_off(c):
@@ -250,7 +221,7 @@ def test_what_it_finds_becomes_parameters_and_then_it_is_off(c):
             edge.first_q32, edge.count = round((n / 6 + 0.02) * TURN), 4
     assert w.step() == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
     assert w.axis.params.hall_states == 513264 and w.axis.params.hall_edge_1_cdeg == 720
-    assert w.axis.params.hall_edge_6_cdeg == 30720 and cause(w) == "NONE"
+    assert w.axis.params.hall_edge_6_cdeg == 30720 and w.fault == "NONE"
 
 
 def test_learning_is_for_hall_switches_and_a_drive_that_is_off(c):

@@ -4,7 +4,7 @@ import ctypes
 
 import pytest
 
-from unit.conftest import identify
+from rigs.drive import identify
 
 
 class TwoAxes:

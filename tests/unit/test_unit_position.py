@@ -6,9 +6,9 @@ import random
 from fractions import Fraction
 
 import pytest
-
 from launcher.data import MOTORS, available
-from unit.test_tuning import compute, shipped, struct
+
+from rigs.motor_numbers import compute, shipped, struct
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 

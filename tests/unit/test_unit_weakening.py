@@ -6,10 +6,10 @@ import os
 import subprocess
 
 import pytest
-
 from launcher.capability import CIRCLE
-from unit.conftest import HERE, ROOT
-from unit.test_tuning import compute, shipped, struct
+
+from rigs.firmware import HERE, ROOT
+from rigs.motor_numbers import compute, shipped, struct
 
 Q15 = 32768
 BASE_HZ = 1250

@@ -5,9 +5,9 @@ import subprocess
 
 import pytest
 
-from unit.conftest import HERE, ROOT
-from unit.test_modes import Drive
-from unit.test_tuning import compute, shipped
+from rigs.firmware import HERE, ROOT
+from rigs.motor_numbers import compute, shipped
+from rigs.operating import Drive
 
 BORDERS = (0, 2**31, -2**31, 2**32, 3 * 2**31, -5 * 2**31, 10**12)
 

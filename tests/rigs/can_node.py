@@ -3,7 +3,7 @@
 import ctypes
 import struct
 
-from unit.axes_at_rest import AxesAtRest
+from rigs.axes_at_rest import AxesAtRest
 
 NODE = 5
 SDO_IN, SDO_OUT, EMERGENCY, HEARTBEAT = 0x600 + NODE, 0x580 + NODE, 0x80 + NODE, 0x700 + NODE

@@ -3,7 +3,7 @@
 import ctypes
 import struct
 
-from unit.axes_at_rest import AxesAtRest
+from rigs.axes_at_rest import AxesAtRest
 
 US = 1  # the drive's address
 FAULT_BASE, PARAM_BASE = 0x0400, 0x1000
