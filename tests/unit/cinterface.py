@@ -12,6 +12,8 @@ import ctypes
 
 from elftools.elf.elffile import ELFFile
 
+from rigs.debug_info import entries
+
 INTEGERS = {(True, 1): ctypes.c_int8, (True, 2): ctypes.c_int16, (True, 4): ctypes.c_int32, (True, 8): ctypes.c_int64,
             (False, 1): ctypes.c_uint8, (False, 2): ctypes.c_uint16, (False, 4): ctypes.c_uint32, (False, 8): ctypes.c_uint64}
 BOOLEAN, FLOAT, SIGNED, SIGNED_CHAR = 0x02, 0x04, 0x05, 0x06
@@ -20,14 +22,15 @@ TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type", "D
 
 
 class Library:
+    motors = 1  # for so many it is compiled
+
     def __init__(self, path):
         self._library = ctypes.CDLL(str(path))
         self._made = {}
         self.structs, self.enums = {}, {}
-        with open(path, "rb") as file:
-            for unit in ELFFile(file).get_dwarf_info().iter_CUs():
-                for die in unit.get_top_DIE().iter_children():
-                    self._take(die)
+        self._entries, top = entries(path)
+        for entry in top:
+            self._take(entry)
 
     def __getattr__(self, name):
         for table in (self.structs, *self.enums.values()):
@@ -47,16 +50,16 @@ class Library:
         return ctypes.addressof(ctypes.c_char.in_dll(self._library, beside)) + static - known
 
     def _take(self, die):
-        name = _name(die)
+        name = die.name
         if die.tag == "DW_TAG_structure_type" and name and "DW_AT_declaration" not in die.attributes:
             self._type(die)
         elif die.tag == "DW_TAG_enumeration_type" and name:
-            self.enums[name] = _members(die)
+            self.enums[name] = self._members(die)
         elif die.tag == "DW_TAG_subprogram" and "DW_AT_external" in die.attributes and "DW_AT_low_pc" in die.attributes:
             self._function(name, die)
         elif die.tag == "DW_TAG_variable" and "DW_AT_location" in die.attributes:
-            declared = die.get_DIE_from_attribute("DW_AT_specification") if "DW_AT_specification" in die.attributes else die
-            name, kind = _name(declared), self._of(declared)
+            declared = self._entries[die.refers.get("DW_AT_specification", die.number)]
+            name, kind = declared.name, self._of(declared)
             if kind is not None and hasattr(self._library, name):
                 setattr(self, name, kind.in_dll(self._library, name))
 
@@ -64,46 +67,49 @@ class Library:
         function = getattr(self._library, name, None)
         if function is not None:
             function.restype = self._of(die)
-            function.argtypes = [self._of(child) for child in die.iter_children() if child.tag == "DW_TAG_formal_parameter"]
+            function.argtypes = [self._of(child) for child in self._children(die, "DW_TAG_formal_parameter")]
             setattr(self, name, function)
 
     def _of(self, die):
         """The ctypes type that `die` refers to; None for void."""
-        return self._type(die.get_DIE_from_attribute("DW_AT_type")) if "DW_AT_type" in die.attributes else None
+        return self._type(self._entries[die.refers["DW_AT_type"]]) if "DW_AT_type" in die.refers else None
+
+    def _children(self, die, tag):
+        return [child for child in map(self._entries.__getitem__, die.children) if child.tag == tag]
 
     def _type(self, die):
         if die.tag in TRANSPARENT:
             return self._of(die)
-        if die.offset not in self._made:
+        if die.number not in self._made:
             getattr(self, "_" + die.tag.removeprefix("DW_TAG_"))(die)
-        return self._made[die.offset]
+        return self._made[die.number]
 
     def _base_type(self, die):
-        encoding, size = die.attributes["DW_AT_encoding"].value, die.attributes["DW_AT_byte_size"].value
+        encoding, size = die.attributes["DW_AT_encoding"], die.attributes["DW_AT_byte_size"]
         kind = ctypes.c_bool if encoding == BOOLEAN else INTEGERS.get((encoding in (SIGNED, SIGNED_CHAR), size))
         kind = ctypes.c_double if (encoding, size) == (FLOAT, 8) else kind  # a model's, never the firmware's
-        self._made[die.offset] = kind or ctypes.c_char * size
+        self._made[die.number] = kind or ctypes.c_char * size
 
     def _enumeration_type(self, die):
-        self._made[die.offset] = INTEGERS[(min(_members(die).values(), default=0) < 0, die.attributes["DW_AT_byte_size"].value)]
+        self._made[die.number] = INTEGERS[(min(self._members(die).values(), default=0) < 0, die.attributes["DW_AT_byte_size"])]
 
     def _pointer_type(self, die):
-        self._made[die.offset] = ctypes.c_void_p  # for a structure that points to itself
+        self._made[die.number] = ctypes.c_void_p  # for a structure that points to itself
         target = self._of(die)
         if target is not None and not (isinstance(target, type) and issubclass(target, ctypes._CFuncPtr)):
-            self._made[die.offset] = ctypes.c_char_p if target is ctypes.c_int8 else ctypes.POINTER(target)
+            self._made[die.number] = ctypes.c_char_p if target is ctypes.c_int8 else ctypes.POINTER(target)
 
     def _subroutine_type(self, die):
-        self._made[die.offset] = ctypes.CFUNCTYPE(self._of(die), *[
-            self._of(child) for child in die.iter_children() if child.tag == "DW_TAG_formal_parameter"])
+        self._made[die.number] = ctypes.CFUNCTYPE(
+            self._of(die), *[self._of(child) for child in self._children(die, "DW_TAG_formal_parameter")])
 
     def _array_type(self, die):
         kind = self._of(die)
-        counts = [child.attributes for child in die.iter_children() if child.tag == "DW_TAG_subrange_type"]
+        counts = [child.attributes for child in self._children(die, "DW_TAG_subrange_type")]
         for count in reversed(counts):
             upper = count.get("DW_AT_upper_bound")
-            kind = kind * (upper.value + 1 if upper else 0)
-        self._made[die.offset] = kind
+            kind = kind * (upper + 1 if upper is not None else 0)
+        self._made[die.number] = kind
 
     def _structure_type(self, die):
         self._aggregate(die, ctypes.Structure)
@@ -112,29 +118,24 @@ class Library:
         self._aggregate(die, ctypes.Union)
 
     def _aggregate(self, die, base):
-        name = _name(die)
+        name = die.name
         known = self.structs.get(name) if name else None
-        if known is not None and ctypes.sizeof(known) == die.attributes["DW_AT_byte_size"].value:
-            self._made[die.offset] = known  # the same header in another translation unit
+        if known is not None and ctypes.sizeof(known) == die.attributes["DW_AT_byte_size"]:
+            self._made[die.number] = known  # the same header in another translation unit
             return
-        kind = self._made[die.offset] = type(name or "anonymous", (base,), {"__slots__": ()})  # no member but C's
+        kind = self._made[die.number] = type(name or "anonymous", (base,), {"__slots__": ()})  # no member but C's
         if name:
             self.structs[name] = kind
-        members = [child for child in die.iter_children() if child.tag == "DW_TAG_member"]
+        members = self._children(die, "DW_TAG_member")
         if any("DW_AT_bit_size" in child.attributes for child in members):  # FILE of the C library; ctypes packs otherwise
-            kind._fields_ = [("opaque", ctypes.c_char * die.attributes["DW_AT_byte_size"].value)]
+            kind._fields_ = [("opaque", ctypes.c_char * die.attributes["DW_AT_byte_size"])]
             return
-        fields = [(_name(child) or f"anonymous_{number}", self._of(child)) for number, child in enumerate(members)]
-        kind._anonymous_ = [field for (field, _), child in zip(fields, members) if not _name(child)]
+        fields = [(child.name or f"anonymous_{number}", self._of(child)) for number, child in enumerate(members)]
+        kind._anonymous_ = [field for (field, _), child in zip(fields, members) if not child.name]
         kind._fields_ = fields
         for (field, _), child in zip(fields, members):
             at = child.attributes.get("DW_AT_data_member_location")
-            assert getattr(kind, field).offset == (at.value if at else 0), f"{name}.{field} is laid out otherwise"
+            assert getattr(kind, field).offset == (at or 0), f"{name}.{field} is laid out otherwise"
 
-
-def _name(die):
-    return die.attributes["DW_AT_name"].value.decode() if "DW_AT_name" in die.attributes else None
-
-
-def _members(die):
-    return {_name(child): child.attributes["DW_AT_const_value"].value for child in die.iter_children()}
+    def _members(self, die):
+        return {child.name: child.attributes["DW_AT_const_value"] for child in self._children(die, "DW_TAG_enumerator")}
