@@ -3,6 +3,7 @@
 import ctypes
 
 from rigs.console import Operator
+from rigs.modbus_line import crc
 
 LOOP, ENTRY = 0x1111, 0x2222  # what the vector holds
 SLOTS = 64
@@ -52,12 +53,7 @@ def decoded(frame):
         at += distance
         if at < len(body):
             plain.append(0)
-    crc = 0xFFFF
-    for byte in plain[:-2]:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
-    if at != len(body) or crc != int.from_bytes(plain[-2:], "little"):
+    if at != len(body) or crc(plain[:-2]) != plain[-2:]:
         return None
     values, value, shift = [], 0, 0
     for byte in plain[3:-2]:
