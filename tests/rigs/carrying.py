@@ -20,7 +20,7 @@ class Carrying(Motor):
     def __init__(self, c, rpm=3000, i_a=4.0, **params):
         super().__init__(c, rpm, i_a, **params)
         for cause in CAUSES:
-            self.choose(cause, "CARRY")
+            self.axis.reactions.choice[c.enums["fault"]["FAULT_" + cause]] = c.REACTION_CARRY
         c.current_loop_tune(self.axis.loop, self.axis.tuning)
         c.torque_build(self.axis.torque, self.axis.params, self.axis.tuning, self.fabric.adc.VBUS)
         c.torque_measure(self.axis.torque, self.axis.loop, self.axis.tuning, self.fabric.adc.VBUS)
@@ -35,10 +35,6 @@ class Carrying(Motor):
         super().see()
         loop = self.axis.loop
         loop.pll.angle_q32 = (loop.pll.angle_q32 + loop.pll.speed_q32) % 2**32
-
-    def report(self, name):
-        self.c.fault_report(self.axis, self.c.enums["fault"]["FAULT_" + name], 1, 2)
-        self.c.reaction_step(self.axis)
 
     def slow_step(self):
         """All of the slow loop."""

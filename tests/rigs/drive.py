@@ -50,6 +50,14 @@ class Rig:
         return self.c.drive_choose_reaction(self.axis, self.c.enums["fault"]["FAULT_" + name], CHOICES.index(choice))
 
 
+    times = 1  # in so many steps is found what a monitor finds
+
+    def report(self, name, detail=(7, 8)):
+        for _ in range(self.times):
+            self.c.fault_report(self.axis, self.c.enums["fault"]["FAULT_" + name], *detail)
+            self.c.reaction_step(self.axis)
+
+
 class World(Rig):
     """A fabric that works: conversions come, the gate goes live when it is enabled, the encoder stands."""
     def __init__(self, c, **params):
@@ -72,4 +80,17 @@ class World(Rig):
         self.axis.retry.wanted = live
         if state in ("FAULT", "FAULT_REACTION"):
             self.axis.faults.cause = self.c.FAULT_STALL
+        return self
+
+    def switch_on(self, begin="switch_on_at_once", starts=1, aligned=None):
+        """The start has begun; of several each but the last has been broken off by `off` in its midst."""
+        self.fabric.adc.OFFSET_A = self.fabric.adc.OFFSET_B = self.fabric.adc.OFFSET_C = 32768
+        self.axis.loop.vbus_q15 = self.fabric.adc.VBUS
+        for again in range(starts):
+            if again:
+                self.step(150)
+                assert self.c.drive_switch_off(self.axis).error == 0 and self.step(2) == "SWITCH_ON_DISABLED"
+            self.axis.start.aligned = self.axis.start.aligned if aligned is None else aligned
+            assert getattr(self.c, begin)(self.axis).error == self.c.ERROR_NONE
+            assert self.step() == "SWITCHED_ON"
         return self

@@ -31,18 +31,11 @@ def sample(w, state):
     w.c.host_hall_observe(w.axis.loop, w.axis.hall, encoder)
 
 
-def switched_on(c, states=(1,), wired=True, learns=False):
+def switched_on(c, states=(1,), wired=True, learns=False, starts=1):
     """In its calibration; while that lasts the switches show these, one after another."""
-    w = World(c)
-    w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
-    w.axis.loop.vbus_q15 = 13670
-    w.axis.params.angle_source = 2
-    w.fabric.encoder.HALL = states[0]
-    if not learns:
-        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
-    else:
-        assert c.drive_learn_hall(w.axis).error == c.ERROR_NONE
-    assert w.step() == "SWITCHED_ON"
+    w = World(c, angle_source=2)
+    w.fabric.encoder.HALL = states[0] if starts == 1 or states[0] in range(1, 7) else 1
+    w.switch_on("drive_learn_hall" if learns else "switch_on_at_once", starts)
     w.axis.start.wired = wired
     for state in states:
         sample(w, state)

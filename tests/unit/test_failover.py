@@ -11,9 +11,14 @@ from rigs.motor import CLOCKS, slip
 FALL_BACK = {"ENCODER_COUNTS": "QUICK_STOP"}  # of the others the class knows none but off
 
 
-@pytest.fixture
-def motor(c):
-    return lambda *args, **params: Carrying(c, *args, **params)
+@pytest.fixture(params=(1, 2), ids=("once", "twice"))
+def motor(c, request):
+    """Whatever is reported comes once, or in two steps."""
+    def made(*args, **params):
+        m = Carrying(c, *args, **params)
+        m.times = request.param
+        return m
+    return made
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000))

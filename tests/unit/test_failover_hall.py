@@ -9,9 +9,14 @@ from rigs.hall_rotor import IDEAL, TURN
 NEAR_DEG = 3
 
 
-@pytest.fixture
-def motor(c):
-    return lambda *args, **params: HallMotor(c, *args, **params)
+@pytest.fixture(params=(1, 2), ids=("once", "twice"))
+def motor(c, request):
+    """Whatever is reported comes once, or in two steps."""
+    def made(*args, **params):
+        m = HallMotor(c, *args, **params)
+        m.times = request.param
+        return m
+    return made
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000, 1500))

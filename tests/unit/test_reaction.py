@@ -21,13 +21,17 @@ def world(c):
     return made
 
 
-def report(w, name):
-    w.c.fault_report(w.axis, w.c.enums["fault"]["FAULT_" + name], 7, 8)
-    w.c.reaction_step(w.axis)
+@pytest.fixture(params=(1, 2), ids=("once", "twice"))
+def report(request):
+    """What comes of a report comes of the second one, too."""
+    def reported(w, name):
+        w.times = request.param
+        w.report(name)
+    return reported
 
 
 @pytest.mark.parametrize("name", OFF_ONLY)
-def test_what_leaves_the_motor_without_control_can_only_be_off(world, c, name):
+def test_what_leaves_the_motor_without_control_can_only_be_off(world, c, name, report):
     w = world("SWITCH_ON_DISABLED")
     for choice in CHOICES:
         assert (w.choose(name, choice).error == c.ERROR_NONE) == (choice == "OFF")
@@ -41,7 +45,7 @@ def test_choices_are_made_while_off(world, c):
     assert w.choose("SPEED_DEVIATION", "WARN").error == c.ERROR_DRIVE_IS_ON
 
 
-def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c):
+def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c, report):
     w = world(SPEED_DEVIATION="WARN")
     report(w, "SPEED_DEVIATION")
     assert w.step(2) == "OPERATION_ENABLED" and w.fault == "NONE" and w.fabric.gate.CONTROL == 1
@@ -53,7 +57,7 @@ def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c)
     assert not c.fault_warned(w.axis.reports, c.FAULT_SPEED_DEVIATION)
 
 
-def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
+def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c, report):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
@@ -67,7 +71,7 @@ def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
 
 
 @pytest.mark.parametrize("end", ("at rest", "off"))
-def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end):
+def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end, report):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
@@ -80,7 +84,7 @@ def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end):
     assert w.step() == "FAULT"
 
 
-def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c):
+def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c, report):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
@@ -90,7 +94,7 @@ def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, 
     assert w.step(3) == "FAULT" and w.fault == "OVERTEMPERATURE"
 
 
-def test_where_there_is_nothing_to_stop_a_stop_is_off(world):
+def test_where_there_is_nothing_to_stop_a_stop_is_off(world, report):
     w = world("SWITCHED_ON", OVERTEMPERATURE="STOP")
     report(w, "OVERTEMPERATURE")
     assert w.fabric.gate.CONTROL == 0

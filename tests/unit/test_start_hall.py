@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: MIT
 """A drive with Hall switches, one millisecond at a time: its start, what it is told of the speed, what it watches, and what
 `learn hall` may do when."""
+import functools
 import math
 
 import pytest
 
+from rigs import starting
 from rigs.drive import World
 from rigs.hall_rotor import IDEAL
 from rigs.motor_numbers import FULL
-from rigs.starting import WIRING, sample, show_wiring, switched_on
+from rigs.starting import WIRING, sample, show_wiring
 
 ALL_ONES, TURN = 2**32 - 1, 2**32
 BAD = (0, 7)
+
+
+@pytest.fixture(params=(1, 2), ids=("first", "second"))
+def switched_on(request):
+    """The first start, or that behind one that was broken off."""
+    return functools.partial(starting.switched_on, starts=request.param)
 
 
 def leads(w):
@@ -21,7 +29,7 @@ def leads(w):
 
 
 @pytest.mark.parametrize("sector", range(6))
-def test_on_goes_straight_into_operation_from_the_sectors_middle(c, sector):
+def test_on_goes_straight_into_operation_from_the_sectors_middle(c, sector, switched_on):
     w = switched_on(c, (IDEAL[sector],))
     assert leads(w) and w.axis.start.phase == c.START_HALL
     assert abs(w.axis.loop.pll.angle_q32 - round((sector + 0.5) / 6 * TURN)) < 10
@@ -29,7 +37,7 @@ def test_on_goes_straight_into_operation_from_the_sectors_middle(c, sector):
     assert w.fabric.encoder.FILTER >> 8 == 20 and w.fault == "NONE"
 
 
-def test_only_the_first_on_looks_at_the_wiring(c):
+def test_only_the_first_on_looks_at_the_wiring(c, switched_on):
     """A voltage is held along a field that is prescribed, as in any other start."""
     w = switched_on(c, wired=False)
     assert w.axis.start.phase == WIRING and w.axis.loop.source == c.LOOP_HALL and w.axis.loop.field_follows == 0
@@ -43,7 +51,7 @@ def test_only_the_first_on_looks_at_the_wiring(c):
     assert not w.axis.start.wired, "another source: begins anew"
 
 
-def test_second_samples_are_looked_at_even_so(c):
+def test_second_samples_are_looked_at_even_so(c, switched_on):
     w = switched_on(c)
     w.axis.start.unseen = True
     w.axis.start.phase = c.START_CALIBRATE
@@ -51,20 +59,20 @@ def test_second_samples_are_looked_at_even_so(c):
     assert w.axis.start.phase == WIRING
 
 
-def test_a_rotor_that_turns_is_caught_without_a_look_at_the_wiring(c):
+def test_a_rotor_that_turns_is_caught_without_a_look_at_the_wiring(c, switched_on):
     assert leads(switched_on(c, (5, 1, 3), wired=False)) and leads(switched_on(c, (3, 1, 5), wired=False))
     assert not leads(switched_on(c, (5, 1), wired=False)), "one edge may be a rotor that shakes"
 
 
 @pytest.mark.parametrize("state", BAD)
-def test_without_a_state_that_there_is_it_does_not_start(c, state):
+def test_without_a_state_that_there_is_it_does_not_start(c, state, switched_on):
     w = switched_on(c, (state,))
     assert w.fault == "HALL_INVALID" and w.axis.faults.detail[0] == state and w.fabric.gate.CONTROL == 0
 
 
 @pytest.mark.parametrize("fault", ("OPEN_PHASE", "SENSOR_SIGN", "SENSORS_EXCHANGED"))
 @pytest.mark.parametrize("turned, named", ((2, None), (3, "LOAD_TOO_HIGH"), (-3, "LOAD_TOO_HIGH")))
-def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, turned, named):
+def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, turned, named, switched_on):
     """A third of a turn: test currents do not do that."""
     w = switched_on(c, wired=False)
     w.axis.hall.count = turned % TURN
@@ -78,7 +86,7 @@ def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, tur
 # ---- operation ----
 
 @pytest.fixture
-def running(c):
+def running(c, switched_on):
     w = switched_on(c)
     w.step(3)
     assert w.state == "OPERATION_ENABLED" and w.fault == "NONE"
@@ -106,7 +114,7 @@ def test_single_samples_do_not_add_up_over_milliseconds(running):
     assert running.fault == "NONE"
 
 
-def test_what_was_before_the_start_does_not_count(c):
+def test_what_was_before_the_start_does_not_count(c, switched_on):
     w = switched_on(c, (7, 7, 0, 1, 2, 6))
     assert w.step() == "OPERATION_ENABLED" and w.step() == "OPERATION_ENABLED" and w.fault == "NONE"
 
@@ -169,7 +177,7 @@ def carry(w):
     adc.IA, adc.IB, adc.IC = (round(loop.i_d_ref_q15 * math.cos(angle - k * math.tau / 3)) for k in range(3))
 
 
-def test_a_phase_that_carries_nothing_while_it_learns_is_open(c):
+def test_a_phase_that_carries_nothing_while_it_learns_is_open(c, switched_on):
     w = switched_on(c, wired=False, learns=True)
     c.start_hall_wired(w.axis)
     while w.axis.start.phase == c.START_LAY_HALL and w.fault == "NONE":
@@ -189,7 +197,7 @@ def test_a_phase_that_carries_nothing_while_it_learns_is_open(c):
     assert w.axis.faults.detail[0] == 1 and w.fabric.gate.CONTROL == 0
 
 
-def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
+def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c, switched_on):
     w = switched_on(c, wired=False, learns=True)
     assert w.axis.start.phase == WIRING and w.axis.start.learns
     c.start_hall_wired(w.axis)
@@ -208,7 +216,7 @@ def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
     assert w.fault == "HALL_UNKNOWN" and list(w.axis.faults.detail) == [0, 0] and w.fabric.gate.CONTROL == 0
 
 
-def test_what_it_finds_becomes_parameters_and_then_it_is_off(c):
+def test_what_it_finds_becomes_parameters_and_then_it_is_off(c, switched_on):
     w = switched_on(c, wired=False, learns=True)
     c.start_hall_wired(w.axis)
     w.axis.start.phase = c.START_LEARN_HALL
@@ -240,7 +248,7 @@ def test_learning_is_for_hall_switches_and_a_drive_that_is_off(c):
     assert c.drive_learn_hall(w.axis).error == c.ERROR_HALL_STATES
 
 
-def test_an_on_after_it_is_an_on(c):
+def test_an_on_after_it_is_an_on(c, switched_on):
     w = switched_on(c, wired=False, learns=True)
     assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
