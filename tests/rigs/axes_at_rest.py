@@ -38,6 +38,16 @@ class AxesAtRest:
             self.hook = ctypes.CFUNCTYPE(None)(self._sleep)
             ctypes.c_void_p.in_dll(c._library, "host_on_sleep").value = ctypes.cast(self.hook, ctypes.c_void_p).value
 
+    def others(self):
+        """All of the axes beside `axis`, but what time it is."""
+        found = []
+        for axis in self.axes:
+            if ctypes.addressof(axis) != ctypes.addressof(self.axis):
+                copy = type(axis).from_buffer_copy(axis)
+                copy.time_ms = 0
+                found.append(bytes(copy))
+        return found
+
     def pass_ms(self):
         for axis in self.axes:
             axis.time_ms += 1

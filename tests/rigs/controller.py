@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: MIT
 """A PLC that drives by CiA 402: control words out, status words in."""
-from rigs.modbus_line import Line, write_one
+from rigs.modbus_line import US, Line, framed, write_one
 
 SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, NO_VOLTAGE, RESET, HALT, NEW = 0x06, 0x07, 0x0F, 0x02, 0x00, 0x80, 0x100, 0x10
 DISABLED, READY, SWITCHED_ON, OPERATION, QUICK_STOP_ACTIVE, FAULT, REACTION = 0x40, 0x21, 0x23, 0x27, 0x07, 0x08, 0x0F
 
 
 class Controller(Line):
-    """A PLC: control words out, status words in. The axis's slow loop is played by the test."""
+    """A PLC: control words out, status words in, of the last axis. That axis's slow loop is played by the test."""
 
     def __init__(self, c):
-        super().__init__(c)
+        super().__init__(c, c.motors)
+        self.axis, self.fabric, self.drive = self.axes[-1], self.fabrics[-1], self.modbus.drives[c.motors - 1]
         self.axis.loop.vbus_q15 = self.axis.tuning.v_min_q15 + 100
+
+    def ask(self, request):
+        """Whatever is asked, it is its own axis that is."""
+        return super().ask(framed(US + self.c.motors - 1, request[1:-2]))
 
     def control(self, word):
         assert self.ask(write_one(0, word))[0] == 6

@@ -40,7 +40,9 @@ def two_axes():
 @pytest.fixture(scope="session")
 def two_buses():
     """As `c`, for a device with two motors."""
-    return Library(built("two_axes_buses.so"))
+    library = Library(built("two_axes_buses.so"))
+    library.motors = 2
+    return library
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +85,11 @@ def motor(c):
 
 @pytest.fixture
 def plc(c):
-    return Controller(c)
+    """Whatever it does to its own axis, the other one knows nothing of it."""
+    made = Controller(c)
+    before = made.others()
+    yield made
+    assert made.others() == before
 
 
 @pytest.fixture

@@ -6,7 +6,10 @@ from rigs.controller import (DISABLED, ENABLE, FAULT, HALT, NEW, NO_VOLTAGE, OPE
                              REACTION, READY, RESET, SHUTDOWN, SWITCHED_ON, SWITCH_ON, Controller)
 from rigs.modbus_line import long, words, write
 
-NOT_OPERATING = "ERROR_NOT_OPERATING"
+
+@pytest.fixture(params=(1, 2), ids=("alone", "second of two"))
+def c(c, two_buses, request):
+    return (c, two_buses)[request.param - 1]
 
 
 def test_step_by_step_into_operation(plc):
@@ -69,7 +72,7 @@ def test_shutdown_during_a_stop_for_a_fault_is_forgotten_with_the_fault(plc, c):
     # the fault, and `clear` at the console, before the bus is polled again
     plc.axis.faults.cause, plc.axis.reactions.stopping, plc.axis.state = c.FAULT_NONE, False, c.AXIS_SWITCH_ON_DISABLED
     now = c.drive_status(plc.axis)
-    assert c.cia402_status_word(plc.modbus.drives[0].cia402, plc.axis, now) & 0x6F == DISABLED
+    assert c.cia402_status_word(plc.drive.cia402, plc.axis, now) & 0x6F == DISABLED
     plc.wait(1)
     assert plc.state == DISABLED
 

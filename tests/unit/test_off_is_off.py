@@ -120,7 +120,7 @@ class Commanded(Controller):
             self.fabric.adc.SEQUENCE += LOOPS_PER_MS
             self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
             self.c.drive_step(self.axis)
-            self.c.cia402_poll(self.modbus.drives[0].cia402, self.axis)
+            self.c.cia402_poll(self.drive.cia402, self.axis)
             self.energised = self.energised or is_on(self.c, self.axis)
 
     def write(self, word):
