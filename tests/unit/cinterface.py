@@ -21,6 +21,14 @@ PREFIXES = {"axis_state": "AXIS", "flying_result": "FLYING", "slot_state": "SLOT
 TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type", "DW_TAG_restrict_type")
 
 
+class Named(ctypes.Structure):
+    """Its members are told by their names: their order is the firmware's affair."""
+    __slots__ = ()
+
+    def __init__(self, **members):
+        super().__init__(**members)
+
+
 class Library:
     motors = 1  # for so many it is compiled
 
@@ -112,7 +120,7 @@ class Library:
         self._made[die.number] = kind
 
     def _structure_type(self, die):
-        self._aggregate(die, ctypes.Structure)
+        self._aggregate(die, Named)
 
     def _union_type(self, die):
         self._aggregate(die, ctypes.Union)

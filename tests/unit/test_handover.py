@@ -343,7 +343,7 @@ def test_what_the_motor_gets_is_the_same_in_the_new_frame_of_each(c, source, tar
             ("integral_d_q9", "integral_q_q9"), ("i_d_ref_q15", "i_q_ref_q15"), ("i_d_q15", "i_q_q15"),
             ("v_d_steps", "v_q_steps"), ("feedforward_d_steps", "feedforward_q_steps"))]
 
-    before, rotor = in_stator(), c.pll(987654321, 1234567)
+    before, rotor = in_stator(), c.pll(angle_q32=987654321, speed_q32=1234567)
     offset = 1 << 30 if target == ENCODER else 0
     c.current_loop_hand_over(loop, loops[target], rotor, offset)
     assert frame_deg(c, loop) == pytest.approx((987654321 + offset) * 360 / TURN % 360, abs=1e-6)

@@ -98,7 +98,7 @@ def test_and_of_a_position(c, sign):
     speed.estimate.interval_clocks = 1000
     speed.estimate.speed_rpm_q15 = speed.estimate.travel_q15 = sign * 30000 << 15
     c.position_begin(position, 0, sign * 8000000)
-    assert c.position_step(position, -sign * 8000000, speed, turns, tuning, c.interval(-20000, 20000)) * sign < 0
+    assert c.position_step(position, -sign * 8000000, speed, turns, tuning, c.interval(low=-20000, high=20000)) * sign < 0
 
 
 @pytest.mark.parametrize("days", (1, 4.97102697, 10, 40, 49.8, 400))
