@@ -31,7 +31,8 @@ SLOW_RPM, FAST_RPM, LAST_RPM = 800, 1200, 1000
 TARGET = 2
 WORDS = 0x20  # below it stand the registers of control word, mode and targets
 # whatever they are given, they change nothing while the drive is on; what a long list takes would be the time of the others
-HARMLESS = {None, "get", "set", "status", "version", "fault", "reaction", "clear", "load", "defaults", "on", "identify", "scope"}
+HARMLESS = {None, "get", "set", "status", "version", "fault", "reaction", "clear", "load", "defaults", "on", "identify",
+            "scope"}
 LONG = (b"get all", b"scope list", b"reaction\r")
 
 

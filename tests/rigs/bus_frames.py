@@ -33,9 +33,16 @@ def request(draw, unit):
 
 
 def _foreign(draw):
-    """What another slave answers: a whole request to this drive may be inside."""
+    """Traffic of others: requests, replies and exceptions of all public functions; half of it what another slave answers with a
+    whole request to this drive inside."""
+    unit, data = draw.choice((*range(2, 201), 247)), _data(draw, 2 * draw.randint(1, 30))
     inside = _data(draw, draw.randrange(8)) + request(draw, draw.choice((0, US, US)))[:240]
-    return framed(draw.randint(2, 201), bytes([draw.randint(3, 4), len(inside)]) + inside)
+    count = bytes([len(data)])
+    kinds = (bytes([draw.randint(1, 6)]) + (data * 2)[:4], bytes([draw.choice((1, 2, 3, 4, 0x17))]) + count + data,
+             bytes([16, 0, 1, 0, len(data) // 2]) + count + data, bytes([16, 0, 1, 0, 5]),
+             bytes([0x80 | draw.randint(1, 0x2B), draw.randint(1, 11)]), bytes([0x2B, 14, 1, 0x82, 0, 0, 1, 0]) + count + data,
+             bytes([0x17, 0, 1, 0, 2, 0, 3, 0, len(data) // 2]) + count + data)
+    return framed(unit, draw.choice(kinds) if draw.randrange(2) else bytes([draw.randint(3, 4), len(inside)]) + inside)
 
 
 def _mutated(draw, frame):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Lines for the storms at the console: noise, keys of a terminal, commands that are right, and such with a character changed, too
-many or missing; and a second look at what is a command."""
+"""Lines for the storms at the console: noise, keys of a terminal, commands that are right, and such with a character changed,
+too many or missing; and a second look at what is a command."""
 from tools.param_rows import param_rows
 
 KEYS = (b"\t", b"\x1b[A", b"\x1b[D", b"\x1b[3~", b"\x15", b"\x03", b"\x1b", b"\xc3", b"\x01", b"\x17", b"\b")

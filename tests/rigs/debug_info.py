@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Debug information of a shared library, as far as C's interface goes: read once for each build, which takes ten seconds, and kept
-beside the library. A type of one name and size is there once, in whichever translation units its header is."""
+"""Debug information of a shared library, as far as C's interface goes: read once for each build, which takes ten seconds, and
+kept beside the library. A type of one name and size is there once, in whichever translation units its header is."""
 import os
 import pickle
 from dataclasses import dataclass, field

@@ -19,7 +19,7 @@ SHIFTED = [_shifted(byte) for byte in range(256)]
 
 
 def remainders(body):
-    """CRC-16 of Modbus behind each byte (MODBUS over Serial Line V1.02, 6.2.2): x^16 + x^15 + x^2 + 1, reflected, from 0xFFFF."""
+    """CRC-16 of Modbus behind each byte (Serial Line V1.02, 6.2.2): x^16 + x^15 + x^2 + 1, reflected, from 0xFFFF."""
     value = 0xFFFF
     for byte in body:
         value = value >> 8 ^ SHIFTED[(value ^ byte) & 0xFF]

@@ -12,9 +12,9 @@ FRAMES, STOPPED, OPERATIONAL = 60_000, 4, 5
 REMOTE, LAYER_SETTING = 1 << 15, 0x7E5
 NMT = (START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION)
 COMMANDS = (0x40, 0x23, 0x27, 0x2B, 0x2F, 0x21, 0x20, 0x22, 0x60, 0x70, 0x01, 0x11, 0x00, 0x80)
-INDICES = (0x1000, 0x1003, 0x1005, 0x1008, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017, 0x1018, 0x1021, 0x1400, 0x1403, 0x1600, 0x1603,
-           0x1800, 0x1802, 0x1A00, 0x1A03, 0x2008, 0x2408, 0x3000, 0x3010, 0x3024, 0x6040, 0x6041, 0x6060, 0x6064, 0x606C, 0x6071,
-           0x607A, 0x6098, 0x60FF)
+INDICES = (0x1000, 0x1003, 0x1005, 0x1008, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017, 0x1018, 0x1021, 0x1400, 0x1403, 0x1600,
+           0x1603, 0x1800, 0x1802, 0x1A00, 0x1A03, 0x2008, 0x2408, 0x3000, 0x3010, 0x3024, 0x6040, 0x6041, 0x6060, 0x6064,
+           0x606C, 0x6071, 0x607A, 0x6098, 0x60FF)
 OWN = (0x000, 0x080, 0x205, 0x305, 0x405, 0x505, 0x605, 0x77F, 0x585, 0x705)
 
 
@@ -29,10 +29,12 @@ def some_frame(draw):
         other = draw.randrange(2048) | (REMOTE if draw.randrange(8) == 0 else 0)
         return draw.choice(OWN) if kind else other, data(draw, draw.randrange(9))
     if kind == 2:
-        return 0, bytes([draw.randrange(256) if draw.randrange(3) == 0 else START, NODE if draw.randrange(2) else draw.randrange(3)])
+        command = draw.randrange(256) if draw.randrange(3) == 0 else START
+        return 0, bytes([command, NODE if draw.randrange(2) else draw.randrange(3)])
     if kind == 3:
         return 0x100 * draw.randint(2, 5) + NODE, (bytes([draw.randrange(32), 0]) + data(draw, 6))[:draw.randint(2, 8)]
-    index = draw.randrange(65536) if draw.randrange(8) == 0 else draw.choice(INDICES) + draw.randrange(4) // 3 * draw.randrange(4)
+    near = draw.choice(INDICES) + (draw.randrange(4) if draw.randrange(4) == 0 else 0)
+    index = draw.randrange(65536) if draw.randrange(8) == 0 else near
     sub = 0 if draw.randrange(2) else draw.randrange(10)
     return SDO_IN, struct.pack("<BHB", draw.choice(COMMANDS), index & 0xFFFF, sub) + data(draw, 4)
 

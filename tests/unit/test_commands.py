@@ -197,36 +197,6 @@ def test_what_reset_the_device(operator, causes, said):
     assert operator("fault") == [f"last reset by: {cause}" for cause in said] + ["fault: none"]
 
 
-def test_parameters(operator):
-    assert operator("get pole_pairs") == ["pole_pairs = 4  (1...50)"]
-    lines = operator("get all")
-    names = [name for name, _ in operator.c.params._fields_]
-    assert [line.split(" = ")[0] for line in lines] == names
-    assert operator("set pole_pairs 7") == ["ok"] and operator.axis.params.pole_pairs == 7
-    assert operator("set pole_pairs 50") == ["ok"] and operator("set pole_pairs 1") == ["ok"]
-    for wrong in ("0", "51"):
-        assert operator(f"set pole_pairs {wrong}") == ["error: pole_pairs must be 1...50"]
-    assert operator("set pole_pairs x") == ["error: x: not a whole number"]
-    for line in ("set pole_pear 1", "get pole_pear"):
-        assert operator(line) == ["error: pole_pear: no such parameter; 'get all' lists them; did you mean pole_pairs?"]
-    operator.axis.state = operator.c.AXIS_OPERATION_ENABLED
-    assert operator("set pole_pairs 7") == ["error: parameters can change only while the drive is off"]
-    assert operator.axis.params.pole_pairs == 1
-
-
-def test_reactions(operator, c):
-    every = operator("reaction")
-    assert "over-voltage" not in " ".join(every)
-    assert every[:2] == ["encoder: off  (off, carry)", "over-speed: off  (off, stop)"]
-    assert "voltage limit: warn  (off, stop, warn)" in every
-    assert operator("reaction voltage_limit stop") == ["ok"]
-    assert operator.axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_STOP
-    assert operator("reaction over-speed warn")[0].startswith("error: this fault does not allow that")
-    assert operator("reaction over-spee warn")[0].startswith("error: over-spee: no such fault")
-    assert operator("reaction none off")[0].startswith("error: none: no such fault")
-    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn, carry"]
-
-
 @pytest.mark.parametrize("line, answer", [
     ("on", "error: the bus voltage is below v_min_mv, 18000 mV; see 'status'"), ("off", "ok"), ("version", SAID),
     ("quickstop", "error: the drive is not in operation; use 'on' and wait for it"), ("clear", "error: no fault is latched"),
@@ -303,12 +273,6 @@ def test_help_has_a_line_for_each_command(operator):
 def test_blanks_and_empty_lines(operator):
     assert operator("   version  ") == [SAID] and operator("") == [] and operator("   ") == []
     assert operator("  get   pole_pairs ") == ["pole_pairs = 4  (1...50)"]
-
-
-def test_the_line_can_be_mended(operator):
-    assert operator.type(b"\b\x7fvetsion") == "vetsion"
-    assert operator.type(b"\b\x7f\b\b\b") == "\b \b" * 5
-    assert operator.type(b"rsion\r") == f"rsion\r\n{SAID}\r\n> "
 
 
 @pytest.mark.parametrize("end, count", ((b"\r", 1), (b"\n", 1), (b"\r\n", 1), (b"\n\r", 2), (b"\n\n", 2), (b"\r\r", 2)))

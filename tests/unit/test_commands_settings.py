@@ -90,3 +90,4 @@ def test_commands_settings_of_reactions(operator, c):
             assert operator(f"reaction {name.replace(' ', '_')} {word}") == ["ok"]
             assert operator.axis.reactions.choice[cause] == words.index(word)
             assert f"{name}: {word}  ({rest.split('(')[1]}" in operator("reaction")
+    assert operator("reaction none off")[0].startswith("error: none: no such fault")

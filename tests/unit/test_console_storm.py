@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Lines at the console of a drive that is in operation half of the time: one that is no command leaves the whole axis as it was;
+"""Lines at the console of a drive that is in operation half of the time: one that is no command leaves the axis as it was;
 `set` that is right changes its parameter and no other, and only while off; whatever comes is answered."""
 import collections
 import ctypes

@@ -39,4 +39,4 @@ def test_nothing_but_a_request_to_this_drive_does_anything(c):
         # behind what is no frame the line must fall silent; behind a frame it need not
         assert not line.wait(PATIENCE_MS if kind in ("mutated", "noise") else draw.randrange(3)), frame.hex()
     assert min(seen[kind] for kind in KINDS) > FRAMES / 6
-    assert seen["right"] > 2 * seen["refused"] > 0 and seen["written"] > FRAMES / 1000
+    assert seen["right"] > seen["refused"] > 0 and seen["written"] > FRAMES / 1000
