@@ -53,9 +53,11 @@ class Rig:
     times = 1  # in so many steps is found what a monitor finds
 
     def report(self, name, detail=(7, 8)):
+        counted = self.axis.faults.count
         for _ in range(self.times):
             self.c.fault_report(self.axis, self.c.enums["fault"]["FAULT_" + name], *detail)
             self.c.reaction_step(self.axis)
+        assert self.axis.faults.count - counted <= 1, "it is one fault, however often it is found"
 
 
 class World(Rig):
