@@ -112,7 +112,9 @@ def motor(c):
 def test_each_takes_over_from_each_at_the_same_angle_and_speed(motor, source, target, times, rpm):
     """The second time, too, after the way back."""
     m = motor(source, rpm)
+    m.axis.loop.inject.track = 7  # of a tone that has led before
     assert [m.change(to) for to in (target, source, target)[-2 * times + 1:]] == [("NONE", 0)] * (2 * times - 1)
+    assert target != OBSERVER or m.axis.loop.inject.track == 0
     loop, axis = m.axis.loop, m.axis
     assert m.leads == target == axis.tuning.angle_source and axis.params.angle_source == source
     assert loop.field_follows == (0 if target == ENCODER else ALL_ONES) and loop.field_angle_q32 == loop.field_speed_q32 == 0
