@@ -25,6 +25,8 @@ for told in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "ALL", "UNTIL"
     os.environ.pop(told, None)
 gc.set_threshold(100_000, 20, 100)  # of thousands of tests, all of which stay, looked through for garbage
 
+pytest.register_assert_rewrite("rigs")  # an assertion there says as much as one in a test
+
 from unit import register_pages  # noqa: E402  (the path must be set first)
 
 register_pages.keep_free()  # before a heap that grows reaches them

@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 
 from launcher.qemu import progress_s
+
 from tools.param_rows import param_rows
 
 SHOWN_PORT = "/dev/ttyUSB0"
@@ -61,7 +62,7 @@ def steps():
 
 
 def fault(name):
-    from unit.conftest import ROOT
+    from rigs.firmware import ROOT
     return re.findall(r"^    FAULT_(\w+)", (ROOT / "firmware/fault/fault.h").read_text(), re.M).index(name)
 
 

@@ -4,15 +4,15 @@ import re
 import subprocess
 import sys
 
-import pytest
-
 import mssfoc
+import pytest
+from launcher.qemu import progress_s
+
 from closed_loop import live
 from closed_loop.client_venv import installed_in
 from closed_loop.live import free_port, live_everything
-from launcher.qemu import progress_s
+from rigs.firmware import ROOT
 from tools.param_rows import param_rows
-from unit.conftest import ROOT
 
 PAGE = (ROOT / "docs/client.md").read_text(encoding="utf-8")
 PLC = re.search(r"```iecst\n(.*?)```", (ROOT / "docs/modbus.md").read_text(encoding="utf-8"), re.S).group(1)

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from closed_loop.test_supervision import Outcome
-from closed_loop.test_supervision import play as supervised
+from rigs.loaded_run import Outcome
+from rigs.loaded_run import play as supervised
 
 TEKNIC, HOVERBOARD, THOR = "teknic_m2310p", "hoverboard_350w", "thor_pmsyrm"
 CHOICES = [f"reaction {cause} carry" for cause in ("encoder", "encoder_slip", "encoder_dead", "encoder_counts")]

@@ -9,7 +9,7 @@ from pymodbus.client import ModbusSerialClient
 
 from closed_loop.live import live, until
 from closed_loop.modbus_transcript import transcript
-from unit.conftest import ROOT
+from rigs.firmware import ROOT
 
 # pymodbus 3.0 has no method of its own for some functions, and other names in them
 NAMES = set(inspect.signature(ModbusSerialClient.readwrite_registers).parameters)

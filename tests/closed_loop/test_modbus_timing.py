@@ -5,21 +5,18 @@ import random
 
 import numpy as np
 import pytest
-
-from closed_loop.bus import load_bus
 from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
-from unit.modbus_line import frame, long, read, write, write_one
+
+from closed_loop.bus import load_bus
+from rigs.bus_steps import send
+from rigs.modbus_line import frame, long, read, write, write_one
 
 REPLY_S = 2e-3
 POLLS, POLL_S = 300, 1e-3
 START_S, BUS_S = 0.45, 0.6  # of the motor, and of the polling
 TYPED = [{"t_s": 0.1, "console": "set modbus_baud 921600"}, {"t_s": 0.12, "console": "on"},
          {"t_s": START_S, "console": "speed 1000"}]
-
-
-def send(t_s, data):
-    return {"t_s": round(t_s, 7), "event": "bus", "args": [bytes(data).hex()]}
 
 
 def play(tmp_path, steps, end_s, **more):
@@ -175,7 +172,7 @@ def run_and_fall_silent(tmp_path, reaction):
 
 def places():
     from tools.param_rows import param_rows
-    from unit.conftest import ROOT
+    from rigs.firmware import ROOT
     import re
     faults = re.findall(r"^    (FAULT_\w+)", (ROOT / "firmware/fault/fault.h").read_text(), re.M)
     return list(param_rows()).index("command_timeout_ms"), faults.index("FAULT_COMMAND_TIMEOUT")

@@ -7,13 +7,13 @@ import subprocess
 import sys
 import time
 
-import pytest
-
 import mssfoc
-from closed_loop.live import free_port, live_everything
+import pytest
 from launcher.qemu import progress_s
 from mssfoc.watch import TIMEOUT_MS
-from unit.conftest import ROOT
+
+from closed_loop.live import free_port, live_everything
+from rigs.firmware import ROOT
 
 aiohttp = pytest.importorskip("aiohttp")
 

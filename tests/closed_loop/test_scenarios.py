@@ -3,19 +3,15 @@
 what is beyond that motor. Limits and reasons stand in the scenarios. All motors: tests/budgets/test_quality.py, the campaign.
 """
 import pytest
-
 from launcher import LauncherError, simulate
 from launcher.data import available
 from launcher.paths import SCENARIOS
-from launcher.report import value_text
+
+from rigs.verdicts import verdicts
 
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
 REFUSED = {"overmodulation": "no overmodulation: low-side shunts, .* do not see a phase that stays high"}
 SWEEP, STANDS_DEG = "current_sweep", 60  # which turns the rotor by 30 degrees: then no phase is near zero
-
-
-def verdicts(result):
-    return [f"{f.name}: {value_text(f)}, limit {f.limit_text}" for f in result.figures.values() if f.passed is False]
 
 
 @pytest.mark.rest

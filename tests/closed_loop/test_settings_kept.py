@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from launcher import LauncherError, simulate
 from launcher.probes import code_of
-from unit.settings_bench import PARAMETER, number, parse, record, slot
+
+from rigs.settings import PARAMETER, number, parse, record, slot
 
 PAGE = 128
 # writes to the controller's registers for a page, and which of them begin its commands

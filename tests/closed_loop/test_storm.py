@@ -2,24 +2,26 @@
 """Both UARTs at once, lines and frames without a pause, noise and mutations among them, while the motor turns: the image goes
 on as if it had been asked for nothing but what the right ones asked.
 
-The lines and frames are those of the storms on the host (tests/unit/storm_lines.h, storm_frames.h); here it is the image, its
+The lines and frames are those of the storms on the host (tests/rigs/console_lines.py, bus_frames.py); here it is the image, its
 interrupts and its time that stand the test. `make storm N=20000` plays so many frames, and lines in proportion, piece by piece.
 """
 import os
 import random
-import subprocess
+import re
 
 import numpy as np
 import pytest
-
-from closed_loop.bus import load_bus
 from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
 from launcher.paths import build_dir
 from launcher.probes import Symbols
-from unit.conftest import HERE as UNIT
-from unit.conftest import build_program
-from unit.modbus_line import US, crc, long, read, write, write_one
+
+from closed_loop.bus import load_bus
+from rigs.bus_frames import some_frame
+from rigs.console_lines import command_of, some_line, table
+from rigs.firmware import built
+from rigs.modbus_line import US, crc, long, read, write, write_one
+from unit.cinterface import Library
 
 FRAMES, LINES = 1500, 300  # of a piece; frames and lines that would move the motor are left out of it
 PIECES = max(1, -(-int(os.environ.get("STORM_FRAMES") or FRAMES) // FRAMES))
@@ -29,21 +31,9 @@ SLOW_RPM, FAST_RPM, LAST_RPM = 800, 1200, 1000
 TARGET = 2
 WORDS = 0x20  # below it stand the registers of control word, mode and targets
 # whatever they are given, they change nothing while the drive is on; what a long list takes would be the time of the others
-HARMLESS = {"-", "get", "set", "status", "version", "fault", "reaction", "clear", "load", "defaults", "on", "identify", "scope"}
+HARMLESS = {None, "get", "set", "status", "version", "fault", "reaction", "clear", "load", "defaults", "on", "identify",
+            "scope"}
 LONG = (b"get all", b"scope list", b"reaction\r")
-
-
-@pytest.fixture(scope="module")
-def printer(tmp_path_factory):
-    program = tmp_path_factory.mktemp("storm") / "storm_print"
-    build_program(UNIT / "storm_print.c", program)
-
-    def rows(*words):
-        output = subprocess.run([program, *map(str, words)], check=True, capture_output=True, text=True).stdout
-        for row in output.splitlines():
-            kind, good_for, code = row.split(" ")
-            yield kind, good_for, bytes.fromhex(code)
-    return rows
 
 
 def moves_nothing(data):
@@ -53,24 +43,33 @@ def moves_nothing(data):
     return function in (3, 4, 0x2B) or written >= WORDS
 
 
-def storm_on_the_bus(printer, rng, seed):
+def storm_on_the_bus(draw):
     """(steps, seconds at which it ends): frames behind one another, every twentieth a new target, to this drive or to all."""
     t_s, steps = BEGIN_S, []
-    for n, (kind, _, data) in enumerate(printer("frames", FRAMES, seed)):
+    for n in range(FRAMES):
+        kind, data = some_frame(draw)
         if n % 20 == 0:
-            rpm = rng.randrange(SLOW_RPM, FAST_RPM)
-            kind, data = "target", write(TARGET, long(rpm), unit=rng.choice((0, US)))
+            kind, data = "target", write(TARGET, long(draw.randrange(SLOW_RPM, FAST_RPM)), unit=draw.choice((0, US)))
         if data and (kind != "right" or moves_nothing(data)):
             steps.append(bus(t_s, data))
             # a request is answered in peace; noise is followed at once
-            t_s += (len(data) + 2) * CHARACTER_S + rng.choice((0, 1e-4, 5e-4, 3e-3) if kind == "right" else (0, 1e-4, 6e-4))
+            t_s += (len(data) + 2) * CHARACTER_S + draw.choice((0, 1e-4, 5e-4, 3e-3) if kind == "right" else (0, 1e-4, 6e-4))
     return steps, t_s
 
 
-def storm_at_the_console(printer, seed):
+def good_for(kind, data, rows):
+    """The command that a line may be. Keys change it in ways that only the console knows: what it begins as says that."""
+    if kind != "keys":
+        return command_of(data, rows)
+    begins = re.match(b"[a-z_]*", data)[0].decode()
+    return begins if begins in dict(rows) else None
+
+
+def storm_at_the_console(draw, rows):
     t_s, steps = BEGIN_S, []
-    for _, good_for, data in printer("lines", LINES, seed):
-        if good_for in HARMLESS and not (data + b"\r").startswith(LONG):
+    for _ in range(LINES):
+        kind, data = some_line(draw, rows)
+        if good_for(kind, data, rows) in HARMLESS and not (data + b"\r").startswith(LONG):
             steps.append({"t_s": round(t_s, 7), "event": "keys", "args": [(data + b"\r").hex()]})
             t_s += LINE_S
     return steps, t_s
@@ -96,9 +95,10 @@ def play(tmp_path, storm, begin_s):
 
 
 @pytest.fixture(scope="module", params=range(1, PIECES + 1))
-def stormed(printer, tmp_path_factory, request):
-    on_bus, bus_s = storm_on_the_bus(printer, random.Random(request.param), request.param)
-    at_console, console_s = storm_at_the_console(printer, request.param)
+def stormed(tmp_path_factory, request):
+    draw, rows = random.Random(request.param), table(Library(built("firmware.so")))
+    on_bus, bus_s = storm_on_the_bus(draw)
+    at_console, console_s = storm_at_the_console(draw, rows)
     storm = [*on_bus, *at_console]
     return (*play(tmp_path_factory.mktemp("storm"), storm, max(bus_s, console_s)), len(on_bus), len(at_console))
 

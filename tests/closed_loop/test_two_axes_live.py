@@ -4,11 +4,11 @@ import re
 import subprocess
 
 import pytest
+from rates.builds import OWN_HZ, build_of
 
 from closed_loop.client_venv import installed_in
 from closed_loop.live import free_port, live_everything
-from rates.builds import OWN_HZ, build_of
-from unit.conftest import ROOT
+from rigs.firmware import ROOT
 
 PAGE = (ROOT / "docs/client.md").read_text(encoding="utf-8")
 EXAMPLE = re.search(r"gives axis 1, and `axis\(2\)`.*?```python\n(.*?)```", PAGE, re.S)[1]

@@ -9,14 +9,14 @@ import re
 
 import numpy as np
 import pytest
-
-from closed_loop.bus import load_bus
-from closed_loop.test_two_axes import FIRST, SECOND
 from launcher import probes, simulate
 from rates.builds import OWN_HZ, build_of
-from tools.param_rows import param_rows
-from unit.modbus_line import PARAM_BASE, read
 
+from closed_loop.bus import load_bus
+from rigs.modbus_line import PARAM_BASE, read
+from tools.param_rows import param_rows
+
+FIRST, SECOND = "teknic_m2310p", "maxon_ec22"
 LINES = 500
 LINE_CHARACTERS, CHARACTERS_S = 80, 11520
 ON_S, TURN_S, TYPE_S, RPM = 0.4, 0.8, 1.3, 1000

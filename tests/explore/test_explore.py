@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from unit.conftest import HERE, ROOT, built
+from rigs.firmware import HERE, ROOT, built
 
 # (file, what stands there, what is put in its place, setup, what is found)
 MUTANTS = {

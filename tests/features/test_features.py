@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: MIT
 """A build that leaves a feature out drives the same motor, and refuses what it does not have by the feature's name."""
-import os
 import re
 import subprocess
 
 import pytest
-from closed_loop.bus import load_bus
-from closed_loop.test_modbus_timing import send
-from closed_loop.test_scenarios import verdicts
 from launcher import simulate
-from unit.modbus_line import PARAM_BASE, long, read, write, write_one
 
+from closed_loop.bus import load_bus
 from features.builds import FEATURES, MINIMAL, ROOT, build, image_bytes, without
+from rigs.bus_steps import send
+from rigs.modbus_line import PARAM_BASE, long, read, write, write_one
+from rigs.verdicts import verdicts
 
 FLASH_MOST, RAM_MOST = 103 * 1024, 25 * 1024  # 5 KB of RAM are the sine table: the cache, locked, has no room for it
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}

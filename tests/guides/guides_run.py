@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from guides.test_guides import ELSEWHERE, GUIDES, lines, shell, stale
 from guides.transcript import BLOCK, ROOT
+from rigs.guide_pages import ELSEWHERE, GUIDES, lines, shell, stale
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ import shutil
 import pytest
 
 from guides.edits import PAGE, apply, copied, edits
-from guides.test_guides import shell
 from guides.transcript import ROOT
+from rigs.console import Operator
+from rigs.drive import World
+from rigs.guide_pages import shell
+from rigs.identify_alone import begin, known, measuring, thought
+from rigs.operating import Drive
 from unit.cinterface import Library
-from unit.identify_bench import begin, known, measuring, thought
-from unit.test_commands import Operator
-from unit.test_modes import Drive
-from unit.test_state_machine import World
 
 # tests that notice a place that was forgotten, or a page that is stale; they run in the copy
 NOTICE = ("unit/test_params.py unit/test_modbus_page.py tools/test_states_page.py "

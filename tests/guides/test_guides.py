@@ -1,32 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Guides name what there is, and show what the drive says; `make guides` runs all that they tell the reader to type."""
-import difflib
-import os
 import re
-import subprocess
-from pathlib import Path
 
 import pytest
 
-from guides.transcript import ROOT, renewed, same, sessions
-
-GUIDES = sorted((ROOT / "docs" / "guides").glob("*.md"))
-SHELL = re.compile(r"^ *```sh\n(.*?)^ *```", re.DOTALL | re.MULTILINE)
-ELSEWHERE = {  # these are run by tests of their own, or by CI as a whole; here make must know them
-    "make run", "make test", "make fabric", "make console", "make debug", "make flash PROBE=openocd",
-    "make flash PROBE=jlink", "make PWM_HZ=16000 DEAD_TIME_NS=800 BUILD=build/another_rate", "make lint",
-    'make FEATURES="encoder console settings" BUILD=build/least'}
-
-
-def lines():
-    found = [line.strip() for guide in GUIDES for block in SHELL.findall(guide.read_text()) for line in block.splitlines()]
-    return sorted({line for line in found if line and not line.startswith("#")})
-
-
-def shell(line, folder):
-    env = os.environ | {"NO_INSTALL": "1"}
-    return subprocess.run(line, shell=True, cwd=folder, env=env, capture_output=True, text=True, stdin=subprocess.DEVNULL,
-                          check=False)
+from guides.transcript import ROOT, same, sessions
+from rigs.guide_pages import ELSEWHERE, GUIDES, lines, shell, stale
 
 
 @pytest.mark.parametrize("line", sorted(ELSEWHERE & set(lines())))
@@ -36,15 +15,6 @@ def test_make_knows_a_command_that_is_run_elsewhere(line):
 
 def test_no_exception_is_stale():
     assert ELSEWHERE <= set(lines())
-
-
-def stale(guide, folder):
-    """What a guide shows of the console, against what the drive says; nothing when only numbers differ."""
-    shown, now = guide.read_text().splitlines(), renewed(guide.read_text(), folder).splitlines()
-    if len(shown) == len(now) and all(map(same, shown, now)):
-        return ""
-    return "\n".join(["stale; /usr/bin/python3 tests/guides/transcript.py writes it anew:",
-                      *difflib.unified_diff(shown, now, "shown", "now", n=1, lineterm="")])
 
 
 def test_the_drive_says_what_a_guide_shows(tmp_path):

@@ -3,17 +3,17 @@
 import threading
 from types import SimpleNamespace
 
-import pytest
-
 import mssfoc
+import pytest
 from mssfoc import Refused
 from mssfoc.bus import BusDrive
 from mssfoc.can import CanLine
 from mssfoc.drive import Drive
 from mssfoc.modbus import ModbusLine
+
+from rigs.firmware import ROOT
 from tools.client import register_list
 from tools.param_rows import param_rows
-from unit.conftest import ROOT
 
 COUNT = len(param_rows(ROOT))
 STATUS = "state: operation enabled\nspeed: 0 rpm\nmode: pp, position: 7\ncurrent: d 0.0 A, q 0.0 A\nbus: 24.0 V\n"

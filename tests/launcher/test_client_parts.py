@@ -3,18 +3,18 @@
 import threading
 
 import pytest
-
 from mssfoc import Error, Refused, Silent
 from mssfoc.answers import Answers
 from mssfoc.bus import BusDrive
 from mssfoc.drive import Drive
 from mssfoc.registers import Registers
 from mssfoc.texts import Parameter, accepted, capture, parameters
-from mssfoc.watch import NAME as TIMEOUT
 from mssfoc.watch import Watch
+from mssfoc.watch import NAME as TIMEOUT
+
+from rigs.firmware import ROOT
 from tools.client import register_list
 from tools.param_rows import param_rows
-from unit.conftest import ROOT
 
 COUNT = len(param_rows(ROOT))
 

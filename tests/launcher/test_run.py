@@ -9,12 +9,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
 from launcher import LauncherError, simulate
-from launcher.paths import REPO
 from launcher.qemu import ProgressLine, Qemu
 
-VARIABLES = ("MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "QEMU", "BUILD", "START")
+from rigs.run_py import run
+
 SCENARIO = {"key": "test", "title": "a test", "end_s": 0.1, "preamble_s": 0.01,
             "step": [{"t_s": 0.02, "console": "on"}, {"t_s": 0.05, "event": "load_nm", "args": ["rated_torque_Nm"]}],
             "figure": [{"name": "current", "kind": "maximum", "column": "abs(i_a_A)", "min": 1.99, "max": 2.01},
@@ -115,13 +114,6 @@ def test_a_program_is_asked_again_when_it_has_changed(fake_qemu):
         program.write("#!/bin/sh\necho no emulator\n")
     with pytest.raises(LauncherError, match="is not a QEMU"):
         Qemu(path)
-
-
-def run(build, *arguments, **environment):
-    """The command line as a user gives it; PATH without surprises from his environment."""
-    clean = {key: value for key, value in os.environ.items() if key not in VARIABLES}
-    return subprocess.run([sys.executable, str(REPO / "qemu" / "run.py"), *arguments], capture_output=True, text=True,
-                          env={**clean, "BUILD": str(build), **environment}, cwd=REPO, check=False)
 
 
 def test_command_line(build, fake_qemu, tmp_path):

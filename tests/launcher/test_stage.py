@@ -5,14 +5,13 @@ import random
 import re
 
 import pytest
-
 from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor
 from launcher.drive import console_params, load_drive
 from launcher.stage import _limits
-from unit.conftest import built
-from unit.cinterface import Library
 
-from test_consistency import SMALLEST, changed, refusal
+from rigs.firmware import built
+from rigs.motor_files import SMALLEST, changed, refusal
+from unit.cinterface import Library
 
 # a maxon EC 13 of 6 W for 24 V, about
 SMALL = {"pole_pairs": 1 / 4, "resistance_ohm": 6 / 0.36, "ld_h": 0.75, "lq_h": 0.75, "flux_wb": 2.2 / 6.4,

@@ -5,12 +5,12 @@ import re
 
 import numpy as np
 import pytest
-
 from launcher import LauncherError, simulate
 from launcher.load import COLUMNS, cpu_load, load_lines, load_values
 from launcher.probes import Symbols
 from launcher.transcript import of_axis
-from test_run import run
+
+from rigs.run_py import run
 
 FIRST, SECOND = "teknic_m2310p", "maxon_ec22"
 CURRENT = {"name": "current", "kind": "maximum", "column": "abs(i_a_A)", "min": 1.99, "max": 2.01}

@@ -8,13 +8,9 @@ from pathlib import Path
 
 import pytest
 
-BUILD = Path(os.environ.get("BUILD", "build")).resolve()
+from rigs.shell import BUILD, run
+
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
-
-
-def run(*command, cwd=None, **variables):
-    return subprocess.run(command, capture_output=True, text=True, env=os.environ | variables, cwd=cwd,
-                          stdin=subprocess.DEVNULL, check=False)
 
 
 def complaint(result):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from make.test_make import BUILD, run
+from rigs.shell import BUILD, run
 
 NAMES = ["my drives (2)", "a[b]{c}", "it's \"so\"", "a&b;c|d", "a,b", "a:b=c@d", "$HOME #5 %d", "~-é ü",
          os.fsdecode(b"caf\xe9"), "back\\slash", "*?!`", "<x>", "a  b\tc"]

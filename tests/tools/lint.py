@@ -4,6 +4,7 @@
 Warnings are the compiler's business: every build has -Wall ... -Werror. Prints one line a finding, exits 1 if there is any.
 The tests hold what rules() finds; how code is laid out keeps nobody from them, and is judged here alone.
 """
+import ast
 import re
 import subprocess
 import sys
@@ -32,6 +33,8 @@ KEEP_STATE = {"firmware/main.c", "firmware/system/postmortem.c", "drivers/bringu
 # by `make registers` into build/fabric/, by tests/bringup into build/bringup/, by tests/tools/eds_packed.py into build/eds/
 GENERATED = ("contract3.h", "documented.h", "data_sheet_text.h")
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>", "<stdarg.h>"}
+# to be mended: test modules that import another
+IMPORT_TESTS = {"tests/fabric/test_modulators_rtl.py", "tests/mutants/test_make_mutants.py", "tests/twin/test_twin_axes.py"}
 WIDTH = 128
 FILE_LINES, FUNCTION_LINES = 400, 40  # of programs: a file has one idea, a function fits a screen
 CODE = (".c", ".cpp", ".h", ".S", ".py", ".sh", ".ld", ".mk", ".v", ".vh")
@@ -207,11 +210,17 @@ def check_guide():
             yield guide, 1, f"what it makes of {path}:{number} is {what}"
 
 
-def check_python(path):
+def check_python(path, text):
     try:
-        compile((ROOT / path).read_text(encoding="utf-8"), str(path), "exec")
+        tree = ast.parse(text, str(path))
     except SyntaxError as error:
         yield 1, str(error).strip().split("\n")[-1]
+        return
+    for node in ast.walk(tree):
+        names = [alias.name for alias in node.names] if isinstance(node, (ast.Import, ast.ImportFrom)) else []
+        for name in [*names, getattr(node, "module", None) or ""] if names else []:
+            if name.split(".")[-1].startswith("test_") and str(path) not in IMPORT_TESTS:
+                yield node.lineno, f"{name} is imported: what several tests need stands in tests/rigs"
 
 
 def layout():
@@ -238,7 +247,7 @@ def rules():
         if path.parts[0] == "firmware" or path.parts[:2] == ("drivers", "bringup"):
             checks.append(check_sizes(path, text))
         if path.suffix == ".py":
-            checks.append(check_python(path))
+            checks.append(check_python(path, text))
         for check in checks:
             for number, what in check:
                 yield path, number, what

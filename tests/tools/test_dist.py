@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from guides import test_links
+from rigs.page_links import anchors, distances, links
 from tools import dist
 from tools.param_rows import param_rows
 
@@ -59,11 +59,11 @@ def home(files, tmp_path):
 
 def test_no_link_is_dead_and_readme_leads_to_every_page(home):
     pages = sorted(home.rglob("*.md"))
-    found = {page: list(test_links.links(page)) for page in pages}
+    found = {page: list(links(page)) for page in pages}
     dead = [(page.name, target) for page in pages for target, anchor in found[page]
-            if not target.exists() or anchor and target.suffix == ".md" and anchor not in test_links.anchors(target)]
+            if not target.exists() or anchor and target.suffix == ".md" and anchor not in anchors(target)]
     assert not dead and len(pages) > 40
-    far = test_links.distances({page: [target for target, _ in found[page]] for page in pages}, home / "README.md")
+    far = distances({page: [target for target, _ in found[page]] for page in pages}, home / "README.md")
     assert {page.relative_to(home) for page in pages if page not in far} == {Path("client/README.md")}, "which pip shows"
 
 

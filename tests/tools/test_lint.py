@@ -3,6 +3,8 @@
 import importlib.util
 from pathlib import Path
 
+import pytest
+
 # under a name of its own: the fabric's tests have a lint, too
 SPEC = importlib.util.spec_from_file_location("house_lint", Path(__file__).with_name("lint.py"))
 lint = importlib.util.module_from_spec(SPEC)
@@ -31,6 +33,13 @@ def test_a_file_may_have_four_hundred_lines_and_no_more():
 def test_a_static_name_stands_once_in_the_firmware():
     texts = {"firmware/a.c": function(5), "firmware/b.c": function(6), "firmware/c.c": function(6, "other")}
     assert lint.shared_statics(texts) == {"step": ["firmware/a.c", "firmware/b.c"]}
+
+
+@pytest.mark.parametrize("line, found", (
+    ("from unit.test_axis import fresh", 1), ("from guides import test_links", 1), ("import unit.test_axis", 1),
+    ("from rigs.drive import World", 0), ("import testing", 0), ("def x(:", 1)))
+def test_no_test_is_imported_by_another(line, found):
+    assert len(list(lint.check_python(Path("tests/unit/test_x.py"), line + "\n"))) == found
 
 
 def test_the_tree_keeps_the_rules():

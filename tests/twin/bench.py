@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from unit.cinterface import Library, made
+from rigs.firmware import built
+from unit.cinterface import Library
 
 NEVER = 2**63 - 1
 CLOCK_PS = 10_000
@@ -23,7 +24,7 @@ class Models(Library):
     def __getattr__(self, name):
         if "structs" in self.__dict__ or name.startswith("__"):
             return super().__getattr__(name)
-        super().__init__(made("twin/plant.so"))
+        super().__init__(built("plant.so", "twin"))
         return getattr(self, name)
 
 

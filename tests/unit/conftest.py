@@ -1,53 +1,28 @@
 # SPDX-License-Identifier: MIT
 """The firmware's rooms as shared libraries of this machine (unit.mk)."""
 import ctypes
-import os
-import re
-import subprocess
-from pathlib import Path
 
 import hypothesis
 import pytest
 
-from unit.cinterface import Library, made
+from rigs.console import Operator
+from rigs.controller import Controller
+from rigs.device import Device
+from rigs.drive import World
+from rigs.firmware import built
+from rigs.identify_alone import begin
+from rigs.motor import Motor
+from rigs.observer_model import chords
+from rigs.scoped import Scoped
+from rigs.searching import Searching
+from unit.cinterface import Library
 from unit.register_pages import NO_ACCESS, PAGES, READ_WRITE, protect
-
-ROOT = Path(__file__).resolve().parents[2]
-HERE = Path(__file__).resolve().parent
 
 
 # the same numbers every time, and no verdict that depends on how fast they come
 hypothesis.settings.register_profile("unit", deadline=None, derandomize=True, database=None, suppress_health_check=list(
     hypothesis.HealthCheck))
 hypothesis.settings.load_profile("unit")
-
-
-def built(name):
-    """The shared library of that name, up to date."""
-    return made(f"unit/{name}")
-
-
-def build_program(source, target):
-    """A program of the host that uses everything in the shared library."""
-    library = built("firmware.so")
-    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-int-to-pointer-cast",
-               f"-I{HERE / 'host'}", f"-I{ROOT}", str(source), str(library), "-lm", "-o", str(target)]
-    result = subprocess.run(command, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
-
-
-def storm(source, folder, count):
-    """What a program that judges so many lines or frames by itself has counted: {name: count}."""
-    program = folder / source.stem
-    build_program(source, program)
-    output = subprocess.run([program, str(count), "2463534242"], check=True, capture_output=True, text=True).stdout
-    return {name: int(n) for name, n in (line.split() for line in output.splitlines())}
-
-
-def identify(fabric):
-    """The identity that the firmware looks for: as the register shows it."""
-    text = (ROOT / "drivers/fabric/gate.h").read_text()
-    fabric.gate.ID = int(re.search(r"#define GATE_ID (0x[0-9A-F]+)u", text).group(1), 16)
 
 
 @pytest.fixture(scope="session")
@@ -65,7 +40,9 @@ def two_axes():
 @pytest.fixture(scope="session")
 def two_buses():
     """As `c`, for a device with two motors."""
-    return Library(built("two_axes_buses.so"))
+    library = Library(built("two_axes_buses.so"))
+    library.motors = 2
+    return library
 
 
 @pytest.fixture(scope="module")
@@ -82,3 +59,54 @@ def memory():
 def c():
     """Everything the firmware's headers declare: structures, enums, functions."""
     return Library(built("firmware.so"))
+
+
+# ---- rigs, new for each test; those with arguments are made by the test ----
+
+@pytest.fixture
+def world(c):
+    return lambda state=None: World(c).put(state) if state else World(c)
+
+
+@pytest.fixture
+def operator(c):
+    return Operator(c)
+
+
+@pytest.fixture
+def scoped(c):
+    return Scoped(c)
+
+
+@pytest.fixture
+def motor(c):
+    return lambda *args, **params: Motor(c, *args, **params)
+
+
+@pytest.fixture
+def plc(c):
+    """Whatever it does to its own axis, the other one knows nothing of it."""
+    made = Controller(c)
+    before = made.others()
+    yield made
+    assert made.others() == before
+
+
+@pytest.fixture
+def device(system, memory):
+    return Device(system)
+
+
+@pytest.fixture
+def begun(c):
+    return begin(c)
+
+
+@pytest.fixture
+def searching(c):
+    return Searching(c)
+
+
+@pytest.fixture(scope="session")
+def table(c):
+    return chords(c)

@@ -18,8 +18,8 @@ def page(help_lines):
 def main():
     sys.path.insert(0, str(ROOT / "tests"))
     from unit.cinterface import Library
-    from unit.conftest import built
-    from unit.test_commands import Operator
+    from rigs.firmware import built
+    from rigs.console import Operator
     PAGE.write_text(page(Operator(Library(built("firmware.so")))("help")))
 
 

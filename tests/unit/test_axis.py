@@ -6,15 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.test_state_machine import World
-
-
-INDEX_SEEN = 1
-
-
-@pytest.fixture
-def world(c):
-    return lambda state=None: World(c).put(state) if state else World(c)
+from rigs.drive import INDEX_SEEN, World
 
 
 @pytest.fixture

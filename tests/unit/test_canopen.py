@@ -4,8 +4,8 @@ import struct
 
 import pytest
 
-from unit.can_node import (EMERGENCY, HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, SDO_IN, SDO_OUT, START,
-                           STOP, Abort, Node)
+from rigs.can_node import (EMERGENCY, HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, SDO_IN, SDO_OUT,
+                           START, STOP, Abort, Node)
 
 SPEED, POSITION, WORD = 0x60FF0020, 0x607A0020, 0x60400010
 RPDO, TPDO = 0x200 + NODE, 0x180 + NODE

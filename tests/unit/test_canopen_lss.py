@@ -6,8 +6,8 @@ import struct
 
 import pytest
 
-from unit.axes_at_rest import SLOTS_BYTES
-from unit.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
+from rigs.axes_at_rest import SLOTS_BYTES
+from rigs.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
 
 COMMAND, ANSWER, NONE = 0x7E5, 0x7E4, 255
 WAITING, CONFIGURATION = 0, 1
@@ -119,42 +119,33 @@ def test_all_are_switched_at_once_without_an_answer(node):
     assert node.lss(ASK_NODE) is None
 
 
-def test_one_is_switched_by_all_of_its_identity(node):
-    answers = [node.lss(0x40 + part, value) for part, value in enumerate(IDENTITY)]
-    assert answers == [None] * 3 + [b"\x44" + bytes(7)] and node.asked_for_its_number() == NODE
+RIGHT = list(enumerate(IDENTITY))
 
 
-@pytest.mark.parametrize("wrong", range(4))
-def test_another_one_is_not(node, wrong):
-    named = [value + (part == wrong) for part, value in enumerate(IDENTITY)]
-    assert [node.lss(0x40 + part, value) for part, value in enumerate(named)] == [None] * 4
-    assert node.lss(ASK_NODE) is None
-    assert [node.lss(0x40 + part, value) for part, value in enumerate(IDENTITY)][3] is not None
+def named(node, parts):
+    """Whether it answered to each."""
+    answers = [node.lss(0x40 + part, value) for part, value in parts]
+    assert set(answers) <= {None, b"\x44" + bytes(7)}
+    return [answer is not None for answer in answers]
 
 
-@pytest.mark.parametrize("order", [(0, 2, 1, 3), (1, 2, 3), (0, 1, 3), (0, 1, 1, 2, 3), (3,)])
-def test_its_parts_come_in_their_order(node, order):
-    assert [node.lss(0x40 + part, IDENTITY[part]) for part in order] == [None] * len(order)
-    assert node.lss(ASK_NODE) is None
+@pytest.mark.parametrize("parts", [
+    RIGHT, *([(part, value + (part == wrong)) for part, value in RIGHT] for wrong in range(4)),
+    *([RIGHT[part] for part in order] for order in ((0, 2, 1, 3), (1, 2, 3), (0, 1, 3), (0, 1, 1, 2, 3), (3,)))])
+def test_one_is_switched_by_all_of_its_identity_in_its_order(node, parts):
+    switches = parts == RIGHT
+    assert named(node, parts) == [False] * (len(parts) - 1) + [switches]
+    assert (node.lss(ASK_NODE) is not None) == switches
+    assert named(node, RIGHT)[3] != switches, "another time; switched already it does not answer that again"
 
 
-def test_what_was_named_before_it_was_switched_is_forgotten(node):
-    assert [node.lss(0x40 + part, IDENTITY[part]) for part in range(3)] == [None] * 3
-    node.to(CONFIGURATION)
-    node.to(WAITING)
-    assert node.lss(0x43, IDENTITY[3]) is None and node.lss(ASK_NODE) is None
-
-
-@pytest.mark.parametrize("command", (RESET_COMMUNICATION, RESET_NODE))
-def test_so_is_what_was_named_before_a_reset(node, command):
-    assert [node.lss(0x40 + part, IDENTITY[part]) for part in range(3)] == [None] * 3
-    node.nmt(command)
-    assert node.lss(0x43, IDENTITY[3]) is None and node.lss(ASK_NODE) is None
-
-
-def test_switched_already_it_does_not_answer_that_again(node):
-    node.to(CONFIGURATION)
-    assert [node.lss(0x40 + part, value) for part, value in enumerate(IDENTITY)] == [None] * 4
+@pytest.mark.parametrize("between", (
+    lambda node: (node.to(CONFIGURATION), node.to(WAITING)), lambda node: node.nmt(RESET_COMMUNICATION),
+    lambda node: node.nmt(RESET_NODE)), ids=("switched", "reset of communication", "reset"))
+def test_what_was_named_before_is_forgotten(node, between):
+    assert not any(named(node, RIGHT[:3]))
+    between(node)
+    assert not any(named(node, RIGHT[3:])) and node.lss(ASK_NODE) is None
 
 
 def test_its_identity_is_that_of_the_dictionary(node):
@@ -219,18 +210,14 @@ def test_what_no_master_asks_is_not_answered(new, bit, part, following):
     assert scanned(new) == IDENTITY
 
 
-def test_who_has_a_number_is_not_looked_for(node, new):
+def test_who_has_a_number_or_shall_lose_it_is_not_looked_for(node, new):
     assert not node.scan(0, 128)
-    new.to(CONFIGURATION)
-    new.configure(NODE_ID, 9)
-    assert not new.scan(0, 128)
-
-
-def test_who_shall_lose_it_is_not_either(node):
-    node.to(CONFIGURATION)
-    node.configure(NODE_ID, NONE)
-    node.to(WAITING)
-    assert not node.scan(0, 128)
+    for each, number in ((new, 9), (node, NONE)):
+        each.to(CONFIGURATION)
+        each.configure(NODE_ID, number)
+        assert not each.scan(0, 128)
+        each.to(WAITING)
+        assert not each.scan(0, 128)
 
 
 # ---- the number ----
@@ -381,14 +368,11 @@ def test_one_whose_number_is_taken_has_lost_its_master(node, command):
     assert node.axis.master_lost == node.c.CANOPEN_LOST_NMT
 
 
-def test_it_is_the_same_if_the_parameter_takes_it(node):
+def test_it_is_the_same_if_the_parameter_takes_it_but_not_at_rest(node, new):
     enabled_by_sdo(node)
     node.axis.params.can_node = NONE
     node.wait(1)
     assert node.axis.master_lost == node.c.CANOPEN_LOST_NMT
-
-
-def test_at_rest_without_a_number_it_has_lost_nobody(new):
     new.wait(3)
     assert new.axis.master_lost == 0 and not any(new.canopen.lost_nmt)
 
@@ -424,34 +408,26 @@ def test_stored_they_are_there_at_the_next_start_and_not_before(node):
     assert kept(node) == (9, 125) and (node.axis.params.can_node, node.axis.params.can_kbit) == (9, 125)
 
 
-def test_what_has_not_been_set_is_stored_as_it_was(node):
-    node.axis.params.can_kbit = 300
+@pytest.mark.parametrize("number, kbit", ((NODE, 300), (NONE, 500)))
+def test_what_has_not_been_set_is_stored_as_it_was_and_none_too(node, number, kbit):
+    node.axis.params.can_kbit = kbit
     node.poll()
     node.to(CONFIGURATION)
-    assert node.configure(STORE) == (0, 0) and kept(node) == (NODE, 300)
+    if number == NONE:
+        node.configure(NODE_ID, NONE)
+    assert node.configure(STORE) == (0, 0) and kept(node) == (number, kbit)
 
 
-def test_none_is_stored_too(node):
-    node.to(CONFIGURATION)
-    node.configure(NODE_ID, NONE)
-    assert node.configure(STORE) == (0, 0) and kept(node) == (NONE, 500)
-
-
-def test_while_on_it_is_refused_and_changes_nothing(node):
-    enabled(node)
+@pytest.mark.parametrize("on", (True, False))
+def test_what_a_save_refuses_is_named_and_changes_nothing(node, on):
+    if on:
+        enabled(node)
     node.to(CONFIGURATION)
     node.configure(NODE_ID, 9)
+    node.axis.params.i_max_ma = node.axis.params.i_max_ma if on else 14999
     before = node.everything()
-    assert node.configure(STORE) == (255, ON) and node.everything() == before
+    assert node.configure(STORE) == (255, ON if on else node.c.ERROR_I_MAX_BEYOND_TRIP) and node.everything() == before
     assert not node.c.slots_look(node.slots).any
-
-
-def test_what_a_save_refuses_is_named(node):
-    node.to(CONFIGURATION)
-    node.configure(NODE_ID, 9)
-    node.axis.params.i_max_ma = 14999
-    before = node.everything()
-    assert node.configure(STORE) == (255, node.c.ERROR_I_MAX_BEYOND_TRIP) and node.everything() == before
 
 
 @pytest.mark.parametrize("name, value", [("can_node", 17), ("can_kbit", 250), ("can_recover", 1)])
@@ -533,14 +509,14 @@ def test_whatever_comes_a_drive_that_operates_can_be_reached_or_has_lost_its_mas
 
 def test_off_they_change_the_line_alone_and_nothing_starts(c):
     node, any_one = Setter(c), random.Random(8)
-    before = bytes(node.axis.params)
-    line = [getattr(type(node.axis.params), name).offset for name in ("can_node", "can_kbit")]
+    names = [name for name, _ in type(node.axis.params)._fields_]
+    first = {name: getattr(node.axis.params, name) for name in names}
     for _ in range(1500):
         node.say((COMMAND, some_frame(any_one)))
         node.canopen.lss.change = 0
         assert node.axis.request == 0 and node.axis.state == c.AXIS_SWITCH_ON_DISABLED
-    changed = {at & ~3 for at, (one, other) in enumerate(zip(before, bytes(node.axis.params))) if one != other}
-    assert changed <= set(line) and c.slots_look(node.slots).any
+    changed = {name for name in names if getattr(node.axis.params, name) != first[name]}
+    assert changed <= {"can_node", "can_kbit"} and c.slots_look(node.slots).any
 
 
 def test_it_is_no_sign_of_life_of_a_master(node):
@@ -573,15 +549,13 @@ def pair(two_buses):
     return made
 
 
-def test_it_names_what_the_second_axis_refuses_and_the_first_stores_nothing(pair):
+@pytest.mark.parametrize("before", (0, "NO_FAULT"))
+def test_it_names_what_the_second_axis_refuses_and_the_first_stores_nothing(pair, before):
+    """And not what was refused before."""
     pair.axes[1].params.i_max_ma = 14999
+    pair.canopen.drives[0].cia402.refusal.error = pair.c.ERROR_NO_FAULT if before else 0
     assert pair.configure(STORE) == (255, pair.c.ERROR_I_MAX_BEYOND_TRIP)
     assert kept(pair) == (pair.axis.params.can_node, pair.axis.params.can_kbit) == (NODE, 500)
-
-
-def test_what_was_refused_before_is_not_named(pair):
-    pair.axes[1].params.i_max_ma, pair.canopen.drives[0].cia402.refusal.error = 14999, pair.c.ERROR_NO_FAULT
-    assert pair.configure(STORE) == (255, pair.c.ERROR_I_MAX_BEYOND_TRIP)
 
 
 @pytest.mark.parametrize("turning", (0, 1))

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
 
 
 COUNT_WAY = 60000 * 32768 / 4000  # of a count, in the estimate's unit of way

@@ -5,56 +5,7 @@ import re
 
 import pytest
 
-from unit.conftest import ROOT, identify
-
-VERSION = "mssfoc " + re.search(r'CONFIG_VERSION "(.*)"', (ROOT / "firmware/settings/config.h").read_text())[1]
-SAID = f"{VERSION}, commit unknown, PWM 20000 Hz, dead time 1000 ns, all features"  # on the host nobody tells the commit
-I_RANGE_MA, V_RANGE_MV = 32768, 65536  # so that a step of Q15 is 1 mA, and 2 mV
-
-
-class Operator:
-    """Somebody who types at the console of an axis, and what he is told."""
-
-    def __init__(self, c):
-        self.c, self.fabric, self.axis, self.last_life = c, c.fabric(), c.axis(), c.postmortem()
-        c.drive_init(self.axis, self.fabric)
-        identify(self.fabric)
-        self.axis.fabric_doubt = 0
-        self.axis.state = c.AXIS_SWITCH_ON_DISABLED
-        self.axis.params.i_range_ma, self.axis.params.v_range_mv = I_RANGE_MA, V_RANGE_MV
-        self.console, session = c.console(), c.session()
-        c.host_envm_new(self.axis, 8e-3, 1)
-        self.slots, self.kept = c.host_slots(), c.nvm_report()
-        session.axis, session.last_life = ctypes.pointer(self.axis), ctypes.pointer(self.last_life)
-        session.slots, session.loaded = ctypes.pointer(self.slots), ctypes.pointer(self.kept)
-        c.host_heard_bytes.value = c.host_heard_taken.value = c.host_said_bytes.value = 0
-        c.console_start(self.console, session)
-        self.greeting = self.heard()
-
-    def heard(self):
-        text = bytes(self.c.host_said)[:self.c.host_said_bytes.value].decode()
-        self.c.host_said_bytes.value = 0
-        return text
-
-    def type(self, text):
-        """What comes back, echo and prompt included."""
-        ctypes.memmove(self.c.host_heard, text, len(text))
-        self.c.host_heard_bytes.value, self.c.host_heard_taken.value = len(text), 0
-        while self.c.console_poll(self.console):
-            pass
-        return self.heard()
-
-    def __call__(self, line):
-        """The lines that answer a command."""
-        said = self.type(line.encode() + b"\r")
-        self.c.set_point_take(self.axis)
-        assert said.startswith(line + "\r\n") and said.endswith("\r\n> ")
-        return said[len(line) + 2:-len("\r\n> ")].split("\r\n") if said != line + "\r\n> " else []
-
-
-@pytest.fixture
-def operator(c):
-    return Operator(c)
+from rigs.console import SAID, VERSION
 
 
 def test_the_greeting(operator):
@@ -111,7 +62,7 @@ def test_load_says_what_is_wrong(operator, c):
 
 
 def test_load_says_what_it_refuses(operator):
-    from unit.settings_bench import PARAMETER, number, record, slot
+    from rigs.settings import PARAMETER, number, record, slot
 
     def store(*records):
         raw = slot(records, 7)
@@ -246,36 +197,6 @@ def test_what_reset_the_device(operator, causes, said):
     assert operator("fault") == [f"last reset by: {cause}" for cause in said] + ["fault: none"]
 
 
-def test_parameters(operator):
-    assert operator("get pole_pairs") == ["pole_pairs = 4  (1...50)"]
-    lines = operator("get all")
-    names = [name for name, _ in operator.c.params._fields_]
-    assert [line.split(" = ")[0] for line in lines] == names
-    assert operator("set pole_pairs 7") == ["ok"] and operator.axis.params.pole_pairs == 7
-    assert operator("set pole_pairs 50") == ["ok"] and operator("set pole_pairs 1") == ["ok"]
-    for wrong in ("0", "51"):
-        assert operator(f"set pole_pairs {wrong}") == ["error: pole_pairs must be 1...50"]
-    assert operator("set pole_pairs x") == ["error: x: not a whole number"]
-    for line in ("set pole_pear 1", "get pole_pear"):
-        assert operator(line) == ["error: pole_pear: no such parameter; 'get all' lists them; did you mean pole_pairs?"]
-    operator.axis.state = operator.c.AXIS_OPERATION_ENABLED
-    assert operator("set pole_pairs 7") == ["error: parameters can change only while the drive is off"]
-    assert operator.axis.params.pole_pairs == 1
-
-
-def test_reactions(operator, c):
-    every = operator("reaction")
-    assert "over-voltage" not in " ".join(every)
-    assert every[:2] == ["encoder: off  (off, carry)", "over-speed: off  (off, stop)"]
-    assert "voltage limit: warn  (off, stop, warn)" in every
-    assert operator("reaction voltage_limit stop") == ["ok"]
-    assert operator.axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_STOP
-    assert operator("reaction over-speed warn")[0].startswith("error: this fault does not allow that")
-    assert operator("reaction over-spee warn")[0].startswith("error: over-spee: no such fault")
-    assert operator("reaction none off")[0].startswith("error: none: no such fault")
-    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn, carry"]
-
-
 @pytest.mark.parametrize("line, answer", [
     ("on", "error: the bus voltage is below v_min_mv, 18000 mV; see 'status'"), ("off", "ok"), ("version", SAID),
     ("quickstop", "error: the drive is not in operation; use 'on' and wait for it"), ("clear", "error: no fault is latched"),
@@ -352,12 +273,6 @@ def test_help_has_a_line_for_each_command(operator):
 def test_blanks_and_empty_lines(operator):
     assert operator("   version  ") == [SAID] and operator("") == [] and operator("   ") == []
     assert operator("  get   pole_pairs ") == ["pole_pairs = 4  (1...50)"]
-
-
-def test_the_line_can_be_mended(operator):
-    assert operator.type(b"\b\x7fvetsion") == "vetsion"
-    assert operator.type(b"\b\x7f\b\b\b") == "\b \b" * 5
-    assert operator.type(b"rsion\r") == f"rsion\r\n{SAID}\r\n> "
 
 
 @pytest.mark.parametrize("end, count", ((b"\r", 1), (b"\n", 1), (b"\r\n", 1), (b"\n\r", 2), (b"\n\n", 2), (b"\r\r", 2)))

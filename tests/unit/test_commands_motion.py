@@ -2,7 +2,7 @@
 """The console's set-points: what each command answers, and that the axis has been told just that."""
 import pytest
 
-from unit.test_commands import Operator
+from rigs.console import Operator
 
 PERIOD = 10 * 20  # conversions in cyclic_ms
 
@@ -18,10 +18,6 @@ class Driver(Operator):
         c.torque_build(axis.torque, axis.params, axis.tuning, 14000)
         c.speed_loop_tune(axis.speed, axis.tuning)
         axis.state = c.AXIS_OPERATION_ENABLED
-
-    @property
-    def mode(self):
-        return next(name for name, value in self.c.enums["axis_mode"].items() if value == self.axis.mode)[len("AXIS_MODE_"):]
 
     def torque_of(self, milliamp):
         """Of a motor without reluctance: as the tuning counts torque, the current that makes it."""

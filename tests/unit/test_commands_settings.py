@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from unit.test_commands import Operator
+from rigs.console import Operator
 
 # A parameter of each ending that has a unit, and of none.
 UNITS = {"ramp_rpm_s": "rpm/s", "learn_rpm": "rpm", "cyclic_ms": "ms", "winding_tau_s": "s", "i_max_ma": "mA", "v_min_mv": "mV",
@@ -90,3 +90,4 @@ def test_commands_settings_of_reactions(operator, c):
             assert operator(f"reaction {name.replace(' ', '_')} {word}") == ["ok"]
             assert operator.axis.reactions.choice[cause] == words.index(word)
             assert f"{name}: {word}  ({rest.split('(')[1]}" in operator("reaction")
+    assert operator("reaction none off")[0].startswith("error: none: no such fault")

@@ -4,17 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rigs.console import SAID, VERSION, Operator
 from unit.console_page import PAGE, page
-from unit.test_commands import SAID, VERSION, Operator
 
 LINE_MAX, KEPT = 80, 8
 UP, DOWN, RIGHT, LEFT, HOME, END = b"\x1b[A", b"\x1b[B", b"\x1b[C", b"\x1b[D", b"\x1b[H", b"\x1b[F"
 DELETE, TAB = b"\x1b[3~", b"\t"
-
-
-@pytest.fixture
-def operator(c):
-    return Operator(c)
 
 
 def typed_so_far(operator):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.test_off_is_off import Restarting
+from rigs.restarting import Restarting
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/contexts.md"
 ROW = re.compile(r"(?m)^\| `(\w+)` \| ([^|]*) \| ([^|]*)\|")

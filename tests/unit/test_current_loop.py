@@ -6,10 +6,8 @@ from fractions import Fraction
 
 import pytest
 
-from unit.test_tuning import PI, compute, shipped
+from rigs.motor_numbers import FULL, PI, PWM_HZ, compute, shipped
 
-PWM_COUNTS, V_SHIFT, PWM_HZ = 5000, 4, 20000
-FULL = PWM_COUNTS * 2 ** (V_SHIFT - 1)  # steps of half a period: the bus voltage
 KI_MAX, KP_MAX, TURN_MAX = 21845, 16384, 11900
 LIVE = 1
 

@@ -4,10 +4,10 @@ import ctypes
 import struct
 
 import pytest
+
+from rigs.can_node import NODE, RESET_COMMUNICATION, SDO_IN, Abort, Node
 from tools.eds import eds
 from tools.eds_packed import packed
-
-from unit.can_node import NODE, RESET_COMMUNICATION, SDO_IN, Abort, Node
 
 BEGIN = struct.pack("<BHBI", 0x40, 0x1021, 0, 0)
 SEGMENTS = [bytes([0x60]) + bytes(7), bytes([0x70]) + bytes(7)]

@@ -2,10 +2,10 @@
 """Parameter `direction`: what goes in is turned, and what comes out, at every border; between them nothing knows of it."""
 import pytest
 
-from unit.can_node import START, Abort, Node
-from unit.test_commands import Operator
-from unit.test_modes import REQUESTS, Drive
-from unit.test_unit_scope import Scoped
+from rigs.can_node import START, Abort, Node
+from rigs.console import Operator
+from rigs.operating import REQUESTS, Drive
+from rigs.scoped import Scoped
 
 
 @pytest.mark.parametrize("name", [name for name in REQUESTS if name != "home"])

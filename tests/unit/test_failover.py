@@ -5,84 +5,20 @@ import math
 
 import pytest
 
-from unit.test_unit_supervision import CLOCKS, LOOPS, Motor, slip
+from rigs.carrying import ADC_CURRENT, CAUSES, ENCODER_BIT, Carrying, frame_deg, observer_leads
+from rigs.motor import CLOCKS, slip
 
-CAUSES = ("ENCODER", "ENCODER_SLIP", "ENCODER_DEAD", "ENCODER_COUNTS")
 FALL_BACK = {"ENCODER_COUNTS": "QUICK_STOP"}  # of the others the class knows none but off
-ENCODER_BIT, LIVE, ADC_CURRENT = 1 << 5, 1, 1 << 4
-ALL_ONES = 2**32 - 1
 
 
-def frame_deg(c, loop):
-    """The frame of the currents at the next sample."""
-    follows = loop.pll.angle_q32 & loop.field_follows
-    angle_q32 = loop.pll.angle_q32 + loop.angle_offset_q32 if loop.source == c.LOOP_ENCODER else loop.field_angle_q32 + follows
-    return angle_q32 % 2**32 * 360 / 2**32
-
-
-class Carrying(Motor):
-    """A motor of which each fault of the encoder is to be carried on from; the gates do as they are told."""
-
-    def __init__(self, c, rpm=3000, i_a=4.0, **params):
-        super().__init__(c, rpm, i_a, **params)
-        for cause in CAUSES:
-            self.axis.reactions.choice[c.enums["fault"]["FAULT_" + cause]] = c.REACTION_CARRY
-        c.current_loop_tune(self.axis.loop, self.axis.tuning)
-        c.torque_build(self.axis.torque, self.axis.params, self.axis.tuning, self.fabric.adc.VBUS)
-        c.torque_measure(self.axis.torque, self.axis.loop, self.axis.tuning, self.fabric.adc.VBUS)
-        c.modes_limit_torque(self.axis)
-        self.axis.loop.status_max, self.axis.start.aligned = LIVE, True
-        self.axis.speed.target_rpm_q16 = self.axis.speed.ref_rpm_q16 = rpm << 16
-        self.fabric.gate.CONTROL = 1
-        self.step(600)
-
-    def see(self):
-        """As the interrupt leaves it: the angle is that of the next sample."""
-        super().see()
-        loop = self.axis.loop
-        loop.pll.angle_q32 = (loop.pll.angle_q32 + loop.pll.speed_q32) % 2**32
-
-    def report(self, name):
-        self.c.fault_report(self.axis, self.c.enums["fault"]["FAULT_" + name], 1, 2)
-        self.c.reaction_step(self.axis)
-
-    def slow_step(self):
-        """All of the slow loop."""
-        self.fabric.adc.SEQUENCE += LOOPS
-        self.fabric.encoder.LATCH_TIME = (self.fabric.encoder.LATCH_TIME + CLOCKS) % 2**32
-        self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
-        self.c.drive_step(self.axis)
-
-    def sample_fault(self, gate=0, adc=0):
-        self.fabric.gate.STATUS, self.fabric.adc.STATUS = gate | self.fabric.gate.CONTROL & 1, adc
-        self.c.drive_sample_fault(self.axis)
-        self.fabric.gate.STATUS, self.fabric.adc.STATUS = self.fabric.gate.CONTROL & 1, 0
-
-    @property
-    def state(self):
-        return next(name for name, value in self.c.enums["axis_state"].items() if value == self.axis.state)[len("AXIS_"):]
-
-    @property
-    def degrees_off(self):
-        """The frame at the next sample, from where the rotor will be."""
-        sample = self.rpm / 60 * self.p.pole_pairs * 360 / 20000
-        rotor = self.counts * self.p.pole_pairs / self.p.encoder_counts * 360 + sample
-        return (frame_deg(self.c, self.axis.loop) - rotor + 180) % 360 - 180
-
-    def warned(self, name):
-        return self.c.fault_warned(self.axis.reports, self.c.enums["fault"]["FAULT_" + name])
-
-
-
-@pytest.fixture
-def motor(c):
-    return lambda *args, **params: Carrying(c, *args, **params)
-
-
-def observer_leads(m):
-    loop, c = m.axis.loop, m.c
-    return (loop.source == c.LOOP_OBSERVER and loop.field_follows == ALL_ONES and
-            m.axis.tuning.angle_source == c.PARAM_ANGLE_SENSORLESS)
+@pytest.fixture(params=(1, 2), ids=("once", "twice"))
+def motor(c, request):
+    """Whatever is reported comes once, or in two steps."""
+    def made(*args, **params):
+        m = Carrying(c, *args, **params)
+        m.times = request.param
+        return m
+    return made
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000))

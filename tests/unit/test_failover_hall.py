@@ -2,16 +2,21 @@
 """Carrying on without the Hall switches: by which angle, from where on, and what else it comes to."""
 import pytest
 
-from unit.hall_bench import IDEAL, TURN
-from unit.hall_motor import HallMotor, intact, open_wire
-from unit.test_failover import ADC_CURRENT, observer_leads
+from rigs.carrying import ADC_CURRENT, observer_leads
+from rigs.hall_motor import HallMotor, intact, open_wire
+from rigs.hall_rotor import IDEAL, TURN
 
 NEAR_DEG = 3
 
 
-@pytest.fixture
-def motor(c):
-    return lambda *args, **params: HallMotor(c, *args, **params)
+@pytest.fixture(params=(1, 2), ids=("once", "twice"))
+def motor(c, request):
+    """Whatever is reported comes once, or in two steps."""
+    def made(*args, **params):
+        m = HallMotor(c, *args, **params)
+        m.times = request.param
+        return m
+    return made
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000, 1500))

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from unit.test_state_machine import World
-from unit.test_tuning import compute, shipped
+from rigs.drive import World
+from rigs.motor_numbers import compute, shipped
 
 LEAST_MS, MOST_MS = 40, 200
 

@@ -2,7 +2,7 @@
 """Parameters of a motor that must fit each other: refused by name, with a value that works."""
 import pytest
 
-from unit.test_tuning import compute, shipped, struct
+from rigs.motor_numbers import compute, shipped, struct
 
 CASES = {  # told besides -> (refusal, the parameter whose value it says)
     "ld_apparent": ({"ld_apparent_uh": 1601}, "ERROR_LD_APPARENT", "ld_apparent_uh"),

@@ -5,41 +5,7 @@ import math
 
 import pytest
 
-from unit.test_state_machine import World
-from unit.test_tuning import compute, shipped
-
-
-class Searching(World):
-    """A drive without an encoder that is about to look whether its rotor turns."""
-
-    def __init__(self, c):
-        super().__init__(c)
-        self.axis.params.angle_source = 1
-        self.axis.tuning = compute(c, {**shipped(), "angle_source": 1})[2]
-        self.fabric.pwm.PERIOD, self.fabric.pwm.DEAD = 2500, 100
-        c.flying_begin(self.axis)
-        self.put("READY")
-
-    def show(self, current):
-        """A millisecond begins, in which each pulse shows this current, Q15."""
-        i_a = current.real
-        i_b = -current.real / 2 + current.imag * math.sqrt(3) / 2
-        self.fabric.adc.IA, self.fabric.adc.IB = round(i_a), round(i_b)
-        self.fabric.adc.SEQUENCE += 20
-
-    def look(self, current=0j):
-        self.show(current)
-        result = self.c.flying_step(self.axis)
-        return next(name for name, value in self.c.enums["flying_result"].items() if value == result)[len("FLYING_"):]
-
-
-@pytest.fixture
-def searching(c):
-    return Searching(c)
-
-
-def enough(w):
-    return max(w.axis.tuning.i_max_q15 * 7 >> 8, 128)
+from rigs.searching import Searching, enough, regulating
 
 
 def test_flying_pulses_grow_until_they_show_enough(c, searching):
@@ -93,11 +59,6 @@ def test_flying_catches_a_rotor_that_ten_pulses_have_followed(c, searching, look
         assert searching.fabric.gate.CONTROL == 1 and searching.axis.sensorless.step == 0
         emf = (searching.axis.loop.pll.angle_q32 + 2**30) % 2**32 / 2**32 * 360
         assert emf == pytest.approx(230, abs=1), "the current flows against the EMF, a quarter ahead of the rotor"
-
-
-def regulating(searching, v_d, v_q):
-    searching.axis.flying.regulates, searching.axis.flying.ms = True, 0
-    searching.axis.loop.v_d_steps, searching.axis.loop.v_q_steps = v_d, v_q
 
 
 @pytest.mark.parametrize("size, whole", ((200, True), (201, False)))

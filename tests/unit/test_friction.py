@@ -2,8 +2,8 @@
 """Friction fed forward (control/friction.h): how much, which way, and how steeply about rest."""
 import pytest
 
-from unit.test_modes import Drive
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
+from rigs.operating import Drive
 
 FRICTION_UNM = 40_000
 EDGES = 1000  # clocks between them: the speed loop has all of its gains

@@ -7,21 +7,11 @@ import random
 import numpy as np
 import pytest
 
-from unit.hall_bench import IDEAL, LOOP_COUNTS, PER_MS, TURN, Rotor, Switches, wrapped
-from unit.test_tuning import compute, shipped
+from rigs.hall_rotor import IDEAL, LOOP_COUNTS, MISPLACED, PER_MS, TURN, Rotor, Switches, parameters, wrapped
+from rigs.motor_numbers import compute, shipped
 
 RINGS = [ring for ring in itertools.permutations(range(8), 6)
          if all(bin(ring[n] ^ ring[n - 1]).count("1") == 1 for n in range(6))]
-MISPLACED = Switches(edges=(0.01, 0.15, 0.345, 0.51, 0.66, 0.84))
-
-
-def parameters(c, states=513264, edges=(0, 6000, 12000, 18000, 24000, 30000)):
-    p = c.params()
-    c.params_init(p)
-    p.hall_states = states
-    for n, edge in enumerate(edges):
-        setattr(p, f"hall_edge_{n + 1}_cdeg", edge)
-    return p
 
 
 # ---- the table ----

@@ -2,7 +2,7 @@
 """The EMF must be where the Hall switches say: else the frame turns by itself, which no edge shows."""
 import pytest
 
-from unit.hall_motor import HallMotor
+from rigs.hall_motor import HallMotor
 
 LEAST_MS, MOST_MS = 60, 110  # its own time, and that of the filter before it
 

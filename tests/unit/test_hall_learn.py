@@ -4,9 +4,8 @@ import itertools
 
 import pytest
 
-from unit.hall_bench import IDEAL, LOOP_COUNTS, TURN, wrapped
-from unit.test_hall import MISPLACED, parameters
-from unit.test_tuning import compute, shipped
+from rigs.hall_rotor import IDEAL, LOOP_COUNTS, MISPLACED, TURN, parameters, wrapped
+from rigs.motor_numbers import compute, shipped
 
 SAMPLES, LONGEST_MS = 20, 9000
 RESULTS = "RUNNING", "DONE", "BLOCKED", "UNCLEAR", "LOAD"

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from unit.hall_bench import IDEAL, TURN
-from unit.hall_motor import HallMotor, open_wire
-from unit.test_failover import frame_deg
-from unit.test_unit_supervision import CLOCKS, LOOPS
+from rigs.carrying import frame_deg
+from rigs.hall_motor import HallMotor, open_wire
+from rigs.hall_rotor import IDEAL, TURN
+from rigs.motor import CLOCKS, LOOPS
 
 ALL_ONES = TURN - 1
 ENCODER, OBSERVER, HALL = SOURCES = range(3)
@@ -89,8 +89,7 @@ class Turning(HallMotor):
                     self.told_deg, self.told_rpm = 0.0, self.axis.speed.estimate.speed_rpm_q15 / 32768
             assert not self.axis.handover.under_way
             outcome = self.axis.handover.outcome
-        names = self.c.enums["error"]
-        return next(name for name, value in names.items() if value == outcome.error)[len("ERROR_"):], outcome.value
+        return self.c.name("error", outcome.error), outcome.value
 
     @property
     def leads(self):
@@ -108,10 +107,14 @@ def motor(c):
 
 
 @pytest.mark.parametrize("rpm", (2900, -2900, 1870))
+@pytest.mark.parametrize("times", (1, 2))
 @pytest.mark.parametrize("source, target", PAIRS)
-def test_each_takes_over_from_each_at_the_same_angle_and_speed(motor, source, target, rpm):
+def test_each_takes_over_from_each_at_the_same_angle_and_speed(motor, source, target, times, rpm):
+    """The second time, too, after the way back."""
     m = motor(source, rpm)
-    assert m.change(target) == ("NONE", 0)
+    m.axis.loop.inject.track = 7  # of a tone that has led before
+    assert [m.change(to) for to in (target, source, target)[-2 * times + 1:]] == [("NONE", 0)] * (2 * times - 1)
+    assert target != OBSERVER or m.axis.loop.inject.track == 0
     loop, axis = m.axis.loop, m.axis
     assert m.leads == target == axis.tuning.angle_source and axis.params.angle_source == source
     assert loop.field_follows == (0 if target == ENCODER else ALL_ONES) and loop.field_angle_q32 == loop.field_speed_q32 == 0
@@ -342,7 +345,7 @@ def test_what_the_motor_gets_is_the_same_in_the_new_frame_of_each(c, source, tar
             ("integral_d_q9", "integral_q_q9"), ("i_d_ref_q15", "i_q_ref_q15"), ("i_d_q15", "i_q_q15"),
             ("v_d_steps", "v_q_steps"), ("feedforward_d_steps", "feedforward_q_steps"))]
 
-    before, rotor = in_stator(), c.pll(987654321, 1234567)
+    before, rotor = in_stator(), c.pll(angle_q32=987654321, speed_q32=1234567)
     offset = 1 << 30 if target == ENCODER else 0
     c.current_loop_hand_over(loop, loops[target], rotor, offset)
     assert frame_deg(c, loop) == pytest.approx((987654321 + offset) * 360 / TURN % 360, abs=1e-6)

@@ -4,15 +4,10 @@ import math
 
 import pytest
 
-from unit.identify_bench import begin, known, reason, thought
-from unit.test_unit_identify import BUS_STEPS, I_RANGE_MA, LAG, LENGTH, RATE_HZ, VBUS_Q15, inductances, play
+from rigs.identify_alone import I_RANGE_MA, known, reason, thought
+from rigs.winding import BUS_STEPS, LAG, LENGTH, RATE_HZ, VBUS_Q15, inductances, play
 
 VOLTS = VBUS_Q15 / 32768 * 57528 / 1000
-
-
-@pytest.fixture
-def begun(c):
-    return begin(c)
 
 
 def steps_for(amps, l_h):

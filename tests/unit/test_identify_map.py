@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, measuring, reason, result_of, thought
-from unit.test_unit_identify import BUS_STEPS, LAG, LENGTH, RATE_HZ, VBUS_Q15
-from unit.test_unit_turning import amps, fill, rpm_q9, volts
+from rigs.identify_alone import (ONE, RATED_MA, V_RANGE_MV, amps, begin, fill, known, measuring, reason, result_of, rpm_q9,
+                                 thought, volts)
+from rigs.winding import BUS_STEPS, LAG, LENGTH, RATE_HZ, VBUS_Q15
 
 R_OHM, FLUX_WB, PAIRS = 0.2, 30e-3, 2
 LDD, LQQ, LDQ = 500e-6, 1200e-6, 150e-6

@@ -4,13 +4,8 @@ import math
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, V_RANGE_MV, begin, measuring, reason, thought
-from unit.test_unit_identify import BUS_STEPS, RATE_HZ, VBUS_Q15, play
-
-
-@pytest.fixture
-def begun(c):
-    return begin(c)
+from rigs.identify_alone import I_RANGE_MA, ONE, V_RANGE_MV, measuring, reason, thought
+from rigs.winding import BUS_STEPS, RATE_HZ, VBUS_Q15, play
 
 
 # ---- pulses ----

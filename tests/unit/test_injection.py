@@ -9,9 +9,8 @@ import random
 import numpy as np
 import pytest
 
-from unit.observer_model import cos_sin, sat
-from unit.test_observer import any_of, table  # noqa: F401, a fixture
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
+from rigs.observer_model import any_of, cos_sin, sat
 
 PWM_HZ, BUS_STEPS = 20000, 40000
 THOR, SOFT = "thor_pmsyrm", -0.05  # d current of an ampere takes L_d down by so much

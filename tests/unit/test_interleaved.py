@@ -5,11 +5,11 @@ import ctypes
 
 import pytest
 
-from unit.identify_bench import begin
-from unit.test_failover import Carrying
-from unit.test_flying import Searching
-from unit.test_start_hall import switched_on
-from unit.test_state_machine import World
+from rigs.carrying import Carrying
+from rigs.drive import World
+from rigs.identify_alone import begin
+from rigs.searching import Searching
+from rigs.starting import switched_on
 
 NEAR = 200  # blocks before and behind the one that enables the gates
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from launcher.data import load_motor
 
+from rigs.motor_numbers import compute, shipped
 from tools.saturated import fluxes, jacobian
-from unit.test_tuning import compute, shipped
 
 
 def mtpa(told, i_a):

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from unit.test_state_machine import World
-from unit.test_tuning import compute, shipped
-from unit.test_unit_supervision import Motor
+from rigs.drive import World
+from rigs.motor import Motor
+from rigs.motor_numbers import compute, shipped
 
 SURE_MS = 10
 

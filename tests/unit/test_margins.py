@@ -8,7 +8,7 @@ import pytest
 from launcher.data import MOTORS, available
 from launcher.rules import speed_margin_deg
 
-from unit.test_tuning import compute, shipped, struct
+from rigs.motor_numbers import compute, shipped, struct
 
 PWM_HZ, SLOW_S, LOOP_S = 20000, 1e-3, 50e-6
 

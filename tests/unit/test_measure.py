@@ -6,15 +6,10 @@ import random
 
 import pytest
 
-from unit.identify_bench import begin, measuring, reason, result_of, thought
+from rigs.identify_alone import measuring, reason, result_of, thought
 
 STEPS = ("PULSES", "HOLD", "RESISTANCE", "AXES", "INDUCTANCE", "TURN", "PUSH", "INDEX", "RAMPS", "SPEEDS", "ALONG", "ACROSS",
          "TORQUE")
-
-
-@pytest.fixture
-def begun(c):
-    return begin(c)
 
 
 # ---- primitives ----

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from unit.conftest import ROOT
+from rigs.firmware import ROOT
 
 NAMES = ("memcpy", "memmove", "memset", "memcmp")
 SIZE = 48

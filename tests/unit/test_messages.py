@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import ROOT
+from rigs.firmware import ROOT
 
 COUNTS = ("ERROR_COUNT", "FAULT_COUNT", "AXIS_MODES")
 

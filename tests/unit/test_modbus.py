@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from unit.conftest import ROOT
-from unit.modbus_line import FAULT_BASE, PARAM_BASE, Line, crc, frame, framed, long, read, words, write, write_one
+from rigs.firmware import ROOT
+from rigs.modbus_line import FAULT_BASE, PARAM_BASE, Line, crc, frame, framed, long, read, words, write, write_one
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_FAILURE = 1, 2, 3, 4
 VERSION = re.search(r'CONFIG_VERSION "(.*)"', (ROOT / "firmware/settings/config.h").read_text())[1]

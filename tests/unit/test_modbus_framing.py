@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Where frames begin and end: whatever the line tears, joins or adds, requests are answered, and nothing else is obeyed."""
+"""Where frames begin and end: whatever the line tears, joins or adds, requests are answered, and nothing else is obeyed. Noise,
+mutated requests and the traffic of others: test_modbus_storm.py."""
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.modbus_line import Line, crc, frame, framed, read, words, write, write_one
+from rigs.modbus_line import Line, crc, frame, framed, read, words, write, write_one
 
 LONG_MS = 60  # longer than the patience with a frame that does not go on
 
@@ -61,37 +62,6 @@ def test_the_next_request_behind_a_torn_one_is_answered(c, silence_ms):
 FOREIGN = st.sampled_from([2, 5, 17, 247])
 
 
-@st.composite
-def foreign(draw):
-    """Traffic of others: requests, replies and exceptions of all public functions."""
-    unit, kind = draw(FOREIGN), draw(st.integers(0, 6))
-    data = draw(st.binary(min_size=2, max_size=60))
-    data = data[:len(data) // 2 * 2]
-    if kind == 0:
-        return framed(unit, bytes([draw(st.integers(1, 6))]) + (data * 2)[:4])
-    if kind == 1:
-        return framed(unit, bytes([draw(st.sampled_from([1, 2, 3, 4, 0x17])), len(data)]) + data)
-    if kind == 2:
-        return framed(unit, bytes([16, 0, 1, 0, len(data) // 2, len(data)]) + data)
-    if kind == 3:
-        return framed(unit, bytes([16, 0, 1, 0, 5]))
-    if kind == 4:
-        return framed(unit, bytes([0x80 | draw(st.integers(1, 0x2B)), draw(st.integers(1, 11))]))
-    if kind == 5:
-        return framed(unit, bytes([0x2B, 0x0E, 1, 0x82, 0, 0, 1, 0, len(data)]) + data)
-    return framed(unit, bytes([0x17, 0, 1, 0, 2, 0, 3, 0, len(data) // 2, len(data)]) + data)
-
-
-@given(traffic=st.lists(foreign(), max_size=8))
-def test_traffic_of_others_is_skipped_and_the_request_behind_it_answered(c, traffic):
-    """Without a single silence between."""
-    line = Line(c)
-    before = line.everything()
-    for other in traffic:
-        assert line.say(other) == b"" and line.everything() == before
-    assert line.say(read(0x10, 1))[:3] == b"\x01\x03\x02"
-
-
 @given(unit=FOREIGN, lead=st.integers(0, 20), gap=st.integers(0, 40), tail=st.integers(0, 20))
 def test_a_request_inside_another_slaves_reply_is_not_one(c, unit, lead, gap, tail):
     """Even where a silence comes just in front of it."""
@@ -102,31 +72,6 @@ def test_a_request_inside_another_slaves_reply_is_not_one(c, unit, lead, gap, ta
     assert line.say(reply[:3 + lead], then_ms=gap) == b""
     assert line.say(reply[3 + lead:], then_ms=LONG_MS) == b""
     assert line.everything() == before
-
-
-@settings(max_examples=300)
-@given(request=st.sampled_from([write(0x0002, words(0, 300)), write(0x1000, words(0, 5)), write_one(0, 0x0F),
-                                write(0x0000, words(6, 3, 0, 300), unit=0)]),
-       bits=st.sets(st.integers(0, 8 * 17 - 1), min_size=1, max_size=6))
-def test_a_mutated_request_changes_nothing(c, request, bits):
-    """Unless its check sum happens to fit, or it has turned into traffic of others."""
-    line, mutated = Line(c), bytearray(request)
-    for bit in bits:
-        mutated[bit // 8 % len(request)] ^= 1 << bit % 8
-    assume(bytes(mutated) != request and crc(mutated[:-2]) != mutated[-2:] and crc(mutated[:6]) != mutated[6:8])
-    before = line.everything()
-    assert line.say(mutated, then_ms=LONG_MS) == b""
-    assert line.everything() == before
-
-
-@given(noise=st.binary(min_size=1, max_size=300))
-def test_after_any_noise_a_silence_is_enough(c, noise):
-    """The silence of the patience at most, whatever length the noise seemed to promise."""
-    line = Line(c)
-    before = line.everything()
-    line.say(noise, then_ms=LONG_MS)
-    assert line.everything() == before
-    assert line.say(read(0x10, 1))[:3] == b"\x01\x03\x02"
 
 
 def test_a_lost_character_ends_the_frame(c):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import ROOT
+from rigs.firmware import ROOT
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 

@@ -5,67 +5,10 @@ import random
 
 import pytest
 
-from unit.test_state_machine import STATES, World
+from rigs.drive import STATES
+from rigs.operating import MODES, REQUESTS, Drive
 
-MODES = ("SPEED", "TORQUE", "POSITION", "HOMING", "CYCLIC_POSITION", "CYCLIC_SPEED", "CYCLIC_TORQUE")
-# request: the mode that it brings about, and a value that is allowed
-REQUESTS = {"speed": ("SPEED", 500), "current": ("TORQUE", 1000), "position": ("POSITION", 4000, False),
-            "home": ("HOMING", 0), "cyclic_position": ("CYCLIC_POSITION", 10), "cyclic_speed": ("CYCLIC_SPEED", 500),
-            "cyclic_current": ("CYCLIC_TORQUE", 1000)}
 TORQUE_MODES = ("TORQUE", "CYCLIC_TORQUE")
-
-
-class Drive(World):
-    """A world in operation, in a mode as in the midst of it: it turns at some speed and makes some torque."""
-    def __init__(self, c, mode="SPEED", rpm=300, torque_q15=900):
-        super().__init__(c)
-        self.c.tuning_compute(self.axis.params, self.axis.tuning)
-        self.c.torque_build(self.axis.torque, self.axis.params, self.axis.tuning, 14000)
-        self.c.speed_loop_tune(self.axis.speed, self.axis.tuning)
-        self.axis.loop.radius_q15 = 7300
-        self.put("OPERATION_ENABLED")
-        self.turn(rpm)
-        self.axis.torque_command_q15 = self.axis.torque.torque_q15 = torque_q15
-        c.speed_loop_reset(self.axis.speed, torque_q15)
-        self.axis.motion.turns.counts = 10**12 + 7
-        c.modes_limit_torque(self.axis)
-        if mode != "SPEED":
-            c.modes_enter(self.axis, self.mode_code(mode))
-            if mode == "HOMING":
-                c.homing_begin(self.axis.motion.homing, c.HOMING_INDEX, self.axis.motion.turns)
-
-    def mode_code(self, mode):
-        return self.c.enums["axis_mode"]["AXIS_MODE_" + mode]
-
-    def turn(self, rpm):
-        self.axis.speed.estimate.speed_rpm_q15 = self.axis.speed.estimate.travel_q15 = rpm << 15
-        self.axis.speed.estimate.interval_clocks = 1000
-        self.axis.speed.speed_rpm_q4 = rpm * 16
-
-    @property
-    def mode(self):
-        return next(name for name, value in self.c.enums["axis_mode"].items() if value == self.axis.mode)[len("AXIS_MODE_"):]
-
-    def request(self, name):
-        return self.command(name, *REQUESTS[name][1:])
-
-    def command(self, name, *values):
-        """A set-point, and what the slow loop's next step begins with."""
-        error = getattr(self.c, "drive_command_" + name)(self.axis, *values).error
-        self.c.set_point_take(self.axis)
-        return error
-
-    def learn(self):
-        error = self.c.drive_learn_cogging(self.axis).error
-        self.c.set_point_take(self.axis)
-        return error
-
-    def control(self):
-        """One step of the mode alone, with the speed as it is."""
-        self.axis.time_ms += 1
-        self.c.modes_step(self.axis)
-        self.c.reaction_step(self.axis)
-        return self.axis.torque.torque_q15
 
 
 @pytest.mark.parametrize("mode", ("SPEED", "TORQUE", "CYCLIC_SPEED", "CYCLIC_TORQUE"))
@@ -124,15 +67,16 @@ def go_on(w):
         cyclic.target = cyclic.now + cyclic.way
 
 
+@pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("before, after", [pair for pair in itertools.product(MODES, MODES) if pair[0] != pair[1]])
-def test_no_transition_bumps(c, before, after):
+def test_no_transition_bumps(c, before, after, sign):
     """The torque of the first step in a mode is that of the last step before, as far as a mode of torque has been told nothing
     else; and the speed's reference goes on."""
-    w = Drive(c, before)
+    w = Drive(c, before, 300 * sign, 900 * sign)
     go_on(w)
     if before not in TORQUE_MODES:
         for _ in range(3):
-            w.axis.motion.turns.counts += 20  # 300 rpm
+            w.axis.motion.turns.counts += 20 * sign  # 300 rpm
             last = w.control()
     else:
         last = w.control()
@@ -141,20 +85,21 @@ def test_no_transition_bumps(c, before, after):
     c.modes_enter(w.axis, w.mode_code(after))
     go_on(w)
     w.axis.speed.target_rpm_q16 = w.axis.speed.ref_rpm_q16
-    w.axis.motion.turns.counts += 20
+    w.axis.motion.turns.counts += 20 * sign
     now = w.control()
     assert now == pytest.approx(last, abs=450), "3 % of i_max"
     if after not in TORQUE_MODES:
         assert w.axis.speed.ref_rpm_q16 / 65536 == pytest.approx(rpm, abs=9)
 
 
+@pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("every", (20, 20.006, 19.994, 19.6, 20.4))
 @pytest.mark.parametrize("name, to_ref", (
     ("cyclic_position", lambda w: w.axis.motion.position.ref / 2**w.axis.tuning.profile.shift),
     ("cyclic_speed", lambda w: w.axis.speed.ref_rpm_q16 / 65536)))
-def test_a_masters_clock_that_is_not_the_drives_does_not_tick(c, every, name, to_ref):
+def test_a_masters_clock_that_is_not_the_drives_does_not_tick(c, every, name, to_ref, sign):
     """Set-points each 20 conversions of another clock: the line is straight within half a step, and a period late."""
-    w, loops, rise = Drive(c, rpm=0), 20, 30 if name == "cyclic_position" else 1
+    w, loops, rise = Drive(c, rpm=0), 20, sign * (30 if name == "cyclic_position" else 1)
     assert w.axis.loop.loops_per_slow == loops
     c.drive_set_zero(w.axis)
     w.axis.tuning.cyclic_ms = 1
@@ -169,7 +114,7 @@ def test_a_masters_clock_that_is_not_the_drives_does_not_tick(c, every, name, to
         w.axis.motion.turns.counts = round(to_ref(w)) if name == "cyclic_position" else 0
         w.control()
         off.append(to_ref(w) - rise * (step * loops - loops) / every)
-    most = rise * (9 + 2 * abs(every - loops)) / loops  # what is less than half of a step is not followed
+    most = abs(rise) * (9 + 2 * abs(every - loops)) / loops  # what is less than half of a step is not followed
     assert max(map(abs, off[100:])) < most, (most, min(off[100:]), max(off[100:]))
 
 
@@ -190,43 +135,46 @@ def test_what_comes_early_or_late_within_a_step_does_not_move_the_reference(c):
     assert all(late - early == pytest.approx(rise, abs=0.05) for early, late in zip(seen[40:], seen[41:]))
 
 
-def test_a_cyclic_speed_that_rises_has_the_torque_of_a_ramp(c):
+@pytest.mark.parametrize("sign", (1, -1))
+def test_a_cyclic_speed_that_rises_has_the_torque_of_a_ramp(c, sign):
     torques = []
-    for name, value in (("speed", 1000), ("cyclic_speed", 310)):
-        w = Drive(c)
+    for name, value in (("speed", 1000 * sign), ("cyclic_speed", 310 * sign)):
+        w = Drive(c, rpm=300 * sign, torque_q15=900 * sign)
         w.axis.params.ramp_rpm_s = 1000
         c.tuning_compute(w.axis.params, w.axis.tuning)
         w.axis.heartbeat = w.fabric.adc.SEQUENCE + w.axis.loop.loops_per_slow
         assert w.command(name, value) == c.ERROR_NONE
         torques.append([w.control() for _ in range(8)])
-    assert torques[0] == pytest.approx(torques[1], abs=3) and torques[0][0] - 900 > 50
+    assert torques[0] == pytest.approx(torques[1], abs=3) and torques[0][0] * sign - 900 > 50
 
 
-def test_at_full_speed_no_set_point_is_too_far(c):
+@pytest.mark.parametrize("sign", (1, -1))
+def test_at_full_speed_no_set_point_is_too_far(c, sign):
     """The one before counts, taken or not; one that comes too often is refused before the shaft has to jump."""
     w = Drive(c, rpm=0)
     c.drive_set_zero(w.axis)
-    most = w.axis.params.speed_max_rpm * w.axis.params.encoder_counts * w.axis.tuning.cyclic_ms // 60000
+    most = sign * (w.axis.params.speed_max_rpm * w.axis.params.encoder_counts * w.axis.tuning.cyclic_ms // 60000)
     assert w.command("cyclic_position", most) == c.ERROR_NONE
-    assert c.drive_command_cyclic_position(w.axis, 2 * most + 1).error == c.ERROR_BEYOND_CYCLE
+    assert c.drive_command_cyclic_position(w.axis, 2 * most + sign).error == c.ERROR_BEYOND_CYCLE
     assert c.drive_command_cyclic_position(w.axis, 2 * most).error == c.ERROR_NONE
     assert c.drive_command_cyclic_position(w.axis, 3 * most).error == c.ERROR_BEYOND_CYCLE
 
 
-def test_a_set_point_is_reached_when_the_next_is_due(c):
+@pytest.mark.parametrize("sign", (1, -1))
+def test_a_set_point_is_reached_when_the_next_is_due(c, sign):
     w = Drive(c, rpm=0)
     c.drive_set_zero(w.axis)
     w.axis.heartbeat = w.fabric.adc.SEQUENCE + w.axis.loop.loops_per_slow  # it comes right behind a step
-    assert w.command("cyclic_position", 100) == c.ERROR_NONE
+    assert w.command("cyclic_position", 100 * sign) == c.ERROR_NONE
     shift, seen = w.axis.tuning.profile.shift, []
     for _ in range(w.axis.params.cyclic_ms):
         w.control()
         seen.append((w.axis.motion.position.ref >> shift))
-    assert seen == [10, 20, 30, 40, 50, 60, 70, 80, 90, 100]
-    assert w.command("cyclic_speed", 200) == c.ERROR_NONE
+    assert seen == [10 * sign * n for n in range(1, 11)]
+    assert w.command("cyclic_speed", 200 * sign) == c.ERROR_NONE
     begun = w.axis.speed.ref_rpm_q16
     speeds = [w.control() and w.axis.speed.ref_rpm_q16 for _ in range(w.axis.params.cyclic_ms)]
-    assert speeds[-1] == 200 * 65536
+    assert speeds[-1] == 200 * sign * 65536
     assert all(abs(b - a - (speeds[-1] - begun) / len(speeds)) < 2 for a, b in zip([begun, *speeds], speeds)), "a straight line"
     assert w.command("cyclic_current", 0) == c.ERROR_NONE
     torques = [w.control() for _ in range(w.axis.params.cyclic_ms)]
@@ -247,21 +195,24 @@ def test_what_is_beyond_a_limit_is_refused_and_the_limit_is_not(c, name, value, 
     assert getattr(c, "drive_command_" + name)(w.axis, value - (1 if value > 0 else -1)).error == c.ERROR_NONE
 
 
-def test_a_way_goes_on_from_the_last_target(c):
+@pytest.mark.parametrize("sign", (1, -1))
+def test_a_way_goes_on_from_the_last_target(c, sign):
     w = Drive(c, rpm=0)
     shift = w.axis.tuning.profile.shift
     here = w.axis.motion.turns.counts
-    w.command("position", 50, True)
-    assert w.axis.motion.profile.target >> shift == here + 50, "the first one from where the shaft is"
-    w.command("position", -20, True)
-    assert w.axis.motion.profile.target >> shift == here + 30
-    w.command("position", -20, False)
-    assert (w.axis.motion.profile.target >> shift) % 2**32 == 2**32 - 20, "and an absolute one is the nearest (test_wraps.py)"
+    w.command("position", 50 * sign, True)
+    assert w.axis.motion.profile.target >> shift == here + 50 * sign, "the first one from where the shaft is"
+    w.command("position", -20 * sign, True)
+    assert w.axis.motion.profile.target >> shift == here + 30 * sign
+    w.command("position", -20 * sign, False)
+    absolute = w.axis.motion.profile.target >> shift
+    assert absolute % 2**32 == -20 * sign % 2**32, "and an absolute one is the nearest (test_wraps.py)"
 
 
-def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
+@pytest.mark.parametrize("sign", (1, -1))
+def test_a_zero_moves_what_refers_to_it_and_nothing_else(c, sign):
     w = Drive(c, "POSITION", rpm=0)
-    w.command("position", 500, True)
+    w.command("position", 500 * sign, True)
     for _ in range(5):
         w.control()
     motion = w.axis.motion
@@ -301,8 +252,7 @@ def test_positions_survive_off_and_on(c):
 # ---- homing ----
 
 def homing(c, method, rpm=30):
-    w = Drive(c, rpm=0)
-    w.axis.params.home_rpm = rpm
+    w = Drive(c, rpm=0, home_rpm=rpm)
     w.c.tuning_compute(w.axis.params, w.axis.tuning)
     w.axis.motion.turns.count = w.axis.speed.estimate.count = 100
     w.fabric.encoder.STATUS = 1  # an index of long ago
@@ -312,8 +262,9 @@ def homing(c, method, rpm=30):
     return w
 
 
-def test_the_index_becomes_the_zero_and_the_shaft_returns_to_it(c):
-    w = homing(c, c.HOMING_INDEX)
+@pytest.mark.parametrize("sign", (1, -1))
+def test_the_index_becomes_the_zero_and_the_shaft_returns_to_it(c, sign):
+    w = homing(c, c.HOMING_INDEX, 30 * sign)
     motion = w.axis.motion
     w.control()
     assert w.mode == "HOMING"
@@ -324,18 +275,20 @@ def test_the_index_becomes_the_zero_and_the_shaft_returns_to_it(c):
     assert motion.profile.target >> w.axis.tuning.profile.shift == 0
 
 
+@pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("travel, fails", ((4999, False), (5002, True)))
-def test_no_index_within_a_turn_and_a_quarter_is_a_fault(c, travel, fails):
-    w = homing(c, c.HOMING_INDEX, -30)
-    w.axis.motion.turns.counts -= travel
+def test_no_index_within_a_turn_and_a_quarter_is_a_fault(c, travel, fails, sign):
+    w = homing(c, c.HOMING_INDEX, 30 * sign)
+    w.axis.motion.turns.counts += sign * travel
     w.control()
     assert (w.axis.faults.cause == c.FAULT_HOMING) == fails
-    assert not fails or w.axis.faults.detail[0] == -travel
+    assert not fails or w.axis.faults.detail[0] == sign * travel
 
 
+@pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("method, ms, fault", (("BLOCK", 100, None), ("INDEX", 500, "HOMING")))
-def test_a_shaft_that_stands_at_its_limit_is_a_block_or_a_failure(c, method, ms, fault):
-    w = homing(c, getattr(c, "HOMING_" + method))
+def test_a_shaft_that_stands_at_its_limit_is_a_block_or_a_failure(c, method, ms, fault, sign):
+    w = homing(c, getattr(c, "HOMING_" + method), 30 * sign)
     motion, begun = w.axis.motion, w.axis.motion.turns.counts
     for n in range(ms - 1):
         w.turn(0)
@@ -366,7 +319,7 @@ def test_a_shaft_that_moves_or_has_current_to_spare_is_at_no_block(c):
 
 
 def test_homing_takes_no_more_current_than_it_may(c):
-    w = homing(c, c.HOMING_BLOCK)
+    w = homing(c, c.HOMING_BLOCK, -30)
     c.modes_limit_torque(w.axis)
     assert w.axis.torque.i_limit_q15 == w.axis.tuning.home_i_q15 < w.axis.tuning.i_max_q15
     assert w.axis.torque.limits.high <= w.axis.tuning.home_i_q15 + 1

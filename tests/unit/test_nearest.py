@@ -5,8 +5,8 @@ import string
 
 import pytest
 
+from rigs.console import Operator
 from tools.param_rows import param_rows
-from unit.test_commands import Operator
 
 NAMES = list(param_rows())
 EDITS_MOST = 3

@@ -6,21 +6,11 @@ import random
 import numpy as np
 import pytest
 
-from unit.observer_model import GAINS, STATE, Machine, Observer
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
+from rigs.observer_model import GAINS, STATE, Machine, Observer, any_of
 
 PWM_HZ, BUS_STEPS, VBUS_Q15 = 20000, 40000, 16384
 TURN = 2 * np.pi
-
-
-@pytest.fixture(scope="module")
-def table(c):
-    return np.array(c.trig_chords[:1280] if hasattr(c.trig_chords, "__len__") else [c.trig_chords[n] for n in range(1280)],
-                    dtype=np.int64)
-
-
-def any_of(draw, low, high):
-    return draw.choice((low, high)) if draw.random() < 0.2 else draw.randint(low, high)
 
 
 def drawn(draw):

@@ -6,9 +6,8 @@ import random
 
 import pytest
 
-from unit.test_reaction import cause, choose
-from unit.test_state_machine import World
-from unit.two_masses import Shaft
+from rigs.drive import World
+from rigs.two_masses import Shaft
 
 FOUND_MS = 130  # from the ramp on
 CALM = 0.06     # of i_max, peak to peak
@@ -136,7 +135,7 @@ def test_where_less_is_not_allowed_it_is_only_counted(c):
 def world_with(c, choice=None, state="OPERATION_ENABLED"):
     w = World(c)
     if choice:
-        assert choose(w, "OSCILLATION", choice).error == c.ERROR_NONE
+        assert w.choose("OSCILLATION", choice).error == c.ERROR_NONE
     c.supervision_begin(w.axis)
     w.put(state)
     return w
@@ -153,7 +152,7 @@ def find(w, hz=237):
 def test_the_drive_says_it_and_reacts_as_chosen(c, choice, ends):
     w = world_with(c, choice)
     find(w)
-    assert (cause(w) == "OSCILLATION") == ends and c.fault_warned(w.axis.reports, c.FAULT_OSCILLATION) != ends
+    assert (w.fault == "OSCILLATION") == ends and c.fault_warned(w.axis.reports, c.FAULT_OSCILLATION) != ends
     if ends:
         assert w.axis.faults.detail[0] == 237
 
@@ -163,14 +162,14 @@ def test_what_no_answer_ends_is_a_fault(c, state):
     w = world_with(c, state=state)
     w.axis.speed.oscillation.answered = 8
     find(w)
-    assert cause(w) == "OSCILLATION" and w.fabric.gate.CONTROL == 0
+    assert w.fault == "OSCILLATION" and w.fabric.gate.CONTROL == 0
 
 
 @pytest.mark.parametrize("choice, counts", ((None, False), ("WARN", True), ("OFF", True)))
 def test_the_speed_loop_takes_less_only_if_that_was_chosen(c, choice, counts):
     w = World(c)
     if choice:
-        assert choose(w, "OSCILLATION", choice).error == c.ERROR_NONE
+        assert w.choose("OSCILLATION", choice).error == c.ERROR_NONE
     w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
     w.axis.loop.vbus_q15 = 13670
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE

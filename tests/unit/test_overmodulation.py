@@ -8,8 +8,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from unit.conftest import HERE, ROOT
-from unit.test_tuning import compute, shipped
+from rigs.firmware import HERE, ROOT
+from rigs.motor_numbers import compute, shipped
 
 SIX = 2 / math.pi
 RATES = (8000, 10000, 16000, 20000, 40000)

@@ -2,7 +2,7 @@
 """The console says when what a command has begun is done, once, and nothing when it has ended otherwise."""
 import pytest
 
-from unit.test_commands import Operator
+from rigs.console import Operator
 
 TEXTS = {"ON": "operation enabled", "IDENTIFY": "identify; 'identify show' lists what it found", "LEARN": "learning",
          "MOVE": "in position", "HOME": "homed"}

@@ -2,9 +2,8 @@
 """What follows from a fault: the choice that its class allows, the controlled stop, the warning, and trying again."""
 import pytest
 
-from unit.test_state_machine import World
+from rigs.drive import CHOICES, World
 
-CHOICES = ("OFF", "STOP", "WARN", "CARRY")
 # off alone: hardware, and whatever leaves the motor without control
 OFF_ONLY = ("OVERCURRENT_HARDWARE", "GATE_DRIVER", "INTERLOCK", "LOOP_OVERRUN", "OVERCURRENT", "CURRENT_SUM",
             "OVERVOLTAGE", "UNDERVOLTAGE", "CURRENT_OFFSET", "LOOP_STOPPED", "WATCHDOG", "EXCEPTION", "CLOCK", "FABRIC",
@@ -16,45 +15,40 @@ def world(c):
     def made(state="OPERATION_ENABLED", **choices):
         w = World(c)
         for cause, choice in choices.items():
-            assert choose(w, cause, choice).error == c.ERROR_NONE
+            assert w.choose(cause, choice).error == c.ERROR_NONE
         c.supervision_begin(w.axis)
         return w.put(state)
     return made
 
 
-def choose(w, cause, choice):
-    return w.c.drive_choose_reaction(w.axis, w.c.enums["fault"]["FAULT_" + cause], CHOICES.index(choice))
-
-
-def cause(w):
-    names = w.c.enums["fault"]
-    return next(name for name, value in names.items() if value == w.axis.faults.cause)[len("FAULT_"):]
-
-
-def report(w, name):
-    w.c.fault_report(w.axis, w.c.enums["fault"]["FAULT_" + name], 7, 8)
-    w.c.reaction_step(w.axis)
+@pytest.fixture(params=(1, 2), ids=("once", "twice"))
+def report(request):
+    """What comes of a report comes of the second one, too."""
+    def reported(w, name):
+        w.times = request.param
+        w.report(name)
+    return reported
 
 
 @pytest.mark.parametrize("name", OFF_ONLY)
-def test_what_leaves_the_motor_without_control_can_only_be_off(world, c, name):
+def test_what_leaves_the_motor_without_control_can_only_be_off(world, c, name, report):
     w = world("SWITCH_ON_DISABLED")
     for choice in CHOICES:
-        assert (choose(w, name, choice).error == c.ERROR_NONE) == (choice == "OFF")
+        assert (w.choose(name, choice).error == c.ERROR_NONE) == (choice == "OFF")
     w.put("OPERATION_ENABLED")
     report(w, name)
-    assert w.fabric.gate.CONTROL == 0 and cause(w) == name and list(w.axis.faults.detail) == [7, 8]
+    assert w.fabric.gate.CONTROL == 0 and w.fault == name and list(w.axis.faults.detail) == [7, 8]
 
 
 def test_choices_are_made_while_off(world, c):
     w = world("OPERATION_ENABLED")
-    assert choose(w, "SPEED_DEVIATION", "WARN").error == c.ERROR_DRIVE_IS_ON
+    assert w.choose("SPEED_DEVIATION", "WARN").error == c.ERROR_DRIVE_IS_ON
 
 
-def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c):
+def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c, report):
     w = world(SPEED_DEVIATION="WARN")
     report(w, "SPEED_DEVIATION")
-    assert w.step(2) == "OPERATION_ENABLED" and cause(w) == "NONE" and w.fabric.gate.CONTROL == 1
+    assert w.step(2) == "OPERATION_ENABLED" and w.fault == "NONE" and w.fabric.gate.CONTROL == 1
     assert c.fault_warned(w.axis.reports, c.FAULT_SPEED_DEVIATION)
     assert not c.fault_warned(w.axis.reports, c.FAULT_STALL)
     w.put("SWITCH_ON_DISABLED")
@@ -63,21 +57,21 @@ def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c)
     assert not c.fault_warned(w.axis.reports, c.FAULT_SPEED_DEVIATION)
 
 
-def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
+def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c, report):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
-    assert cause(w) == "OVERTEMPERATURE" and w.fabric.gate.CONTROL == 1
+    assert w.fault == "OVERTEMPERATURE" and w.fabric.gate.CONTROL == 1
     assert w.step() == "QUICK_STOP" and w.axis.speed.target_rpm_q16 == 0
     assert w.step(3) == "QUICK_STOP" and w.fabric.gate.CONTROL == 1
     w.axis.speed.ref_rpm_q16 = 0
     w.step(4)
-    assert w.state == "FAULT" and w.fabric.gate.CONTROL == 0 and cause(w) == "OVERTEMPERATURE"
+    assert w.state == "FAULT" and w.fabric.gate.CONTROL == 0 and w.fault == "OVERTEMPERATURE"
     assert not w.axis.reactions.stopping
 
 
 @pytest.mark.parametrize("end", ("at rest", "off"))
-def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end):
+def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end, report):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
@@ -90,17 +84,17 @@ def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end):
     assert w.step() == "FAULT"
 
 
-def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c):
+def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c, report):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
     assert w.step() == "QUICK_STOP"
     c.fault_raise(w.axis, c.FAULT_OVERCURRENT)
     assert w.fabric.gate.CONTROL == 0
-    assert w.step(3) == "FAULT" and cause(w) == "OVERTEMPERATURE"
+    assert w.step(3) == "FAULT" and w.fault == "OVERTEMPERATURE"
 
 
-def test_where_there_is_nothing_to_stop_a_stop_is_off(world):
+def test_where_there_is_nothing_to_stop_a_stop_is_off(world, report):
     w = world("SWITCHED_ON", OVERTEMPERATURE="STOP")
     report(w, "OVERTEMPERATURE")
     assert w.fabric.gate.CONTROL == 0

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import ROOT
-from unit.test_commands import Operator
+from rigs.firmware import ROOT
+from rigs.console import Operator
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 

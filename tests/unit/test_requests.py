@@ -4,7 +4,7 @@ import ctypes
 
 import pytest
 
-from unit.conftest import identify
+from rigs.drive import Rig
 
 REQUESTS = {"on": ("switch_on_at_once",), "quickstop": ("drive_quick_stop",), "clear": ("drive_clear_fault",),
             "speed": ("drive_command_speed", 100), "torque": ("drive_command_current", 100)}
@@ -12,14 +12,9 @@ REQUESTS = {"on": ("switch_on_at_once",), "quickstop": ("drive_quick_stop",), "c
 
 @pytest.fixture
 def axis(c):
-    fabric, axis = c.fabric(), c.axis()
-    c.drive_init(axis, fabric)
-    identify(fabric)
-    axis.fabric_doubt = 0
-    axis.state = c.AXIS_OPERATION_ENABLED
-    fabric.gate.CONTROL = 1
-    yield axis
-    del fabric  # alive until here
+    rig = Rig(c)
+    rig.axis.state, rig.fabric.gate.CONTROL = c.AXIS_OPERATION_ENABLED, 1
+    yield rig.axis  # the rig keeps its fabric alive
 
 
 def call(c, axis, name):

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from unit.test_state_machine import World
-from unit.test_tuning import compute, shipped
+from rigs.drive import World
+from rigs.motor_numbers import compute, shipped
 
 # 2 / a of a double pole at a, in samples times track: which is 2 a by the sample's rate, in turns with 17 more bits
 SETTLES = 2 * 2 * 2**17 / (2 * math.pi)

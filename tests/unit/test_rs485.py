@@ -4,8 +4,8 @@ import ctypes
 
 import pytest
 
+from rigs.device import Device
 from unit.register_pages import GPIO_OUT_BITS
-from unit.test_system import Device
 
 PIN, BAUD = 5, 19200
 TICKS = 11 * (100_000_000 // BAUD + 1)  # of a character

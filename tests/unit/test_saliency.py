@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from test_unit_start import MOTORS, TURN, params_of
+from rigs.aligning import MOTORS, TURN, params_of
 
 V_Q15, I_Q15, VBUS_Q15 = 2000, 1500, 16384
 STEPS_MS = 1e-3

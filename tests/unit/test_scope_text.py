@@ -4,7 +4,7 @@ import ctypes
 
 import pytest
 
-from unit.test_unit_scope import SLOTS, Scoped
+from rigs.scoped import SLOTS, Scoped
 
 CHOSEN = "signals: i_d,i_q,i_q_ref,vbus,speed,speed_ref,v_q,angle"  # at first
 SCALES = {"i_a": "A 23571/32768", "vbus": "V 57528/32768", "count": "counts 1000/1", "v_q": "%_of_bus 100000/40000",

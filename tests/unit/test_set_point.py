@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.test_modes import Drive
+from rigs.operating import Drive
 
 
 def test_a_set_point_is_in_effect_from_the_next_step_on(c):

@@ -5,12 +5,11 @@ import struct
 import zlib
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from unit.settings_bench import (
-    COGGING, FREE, INDEX, OLD, PAGE, PARAMETER, REACTION, SLOT_BYTES, Drive, learn, names, number, parse, record,
-    slot, text,
-)
+from rigs.settings import (COGGING, FREE, INDEX, OLD, PAGE, PARAMETER, REACTION, SLOT_BYTES, Drive, learn, names, number,
+                           parse, record, slot, text)
 
 
 @pytest.fixture

@@ -3,9 +3,10 @@
 import ctypes
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from unit.settings_bench import NEW, OLD, PAGE, SLOT_BYTES, Drive, number, parse, record, slot
+from rigs.settings import NEW, OLD, PAGE, SLOT_BYTES, Drive, number, parse, record, slot
 
 
 @pytest.fixture

@@ -5,9 +5,8 @@ import struct
 
 import pytest
 
-from unit.settings_bench import (
-    COGGING, COUNTS, INDEX, NEW, OLD, PARAMETER, REACTION, SEEN, Drive, learn, number, parse, record, slot, torque,
-)
+from rigs.settings import (COGGING, COUNTS, INDEX, NEW, OLD, PARAMETER, REACTION, SEEN, Drive, learn, number, parse, record,
+                           slot, torque)
 
 
 @pytest.fixture

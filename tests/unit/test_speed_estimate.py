@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
 
 CLOCK_HZ, SLOW_S = 100_000_000, 1e-3
 EVEN, ODD = (0.0, 0.0, 0.0, 0.0), (-0.08, -0.04, 0.08, 0.12)  # edges from their places, in counts: 2 % asymmetry, 1 % phase

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
 
 FULL_GAIN_CLOCKS, ONE_Q29 = 150000, 1 << 29
 
@@ -89,7 +89,7 @@ def test_each_step_is_the_models(c, spread, interval):
             rpm = clamp(model.ref / 65536 + draw.uniform(-spread, spread), -5000, 5000)
             now = seen(rpm, rpm + draw.uniform(-1, 1), interval or draw.choice((1000, 149999, 150000, 150001, 900000)))
             show(speed, now)
-            wanted = c.speed_loop_step(speed, tuning, slope, c.interval(low, high))
+            wanted = c.speed_loop_step(speed, tuning, slope, c.interval(low=low, high=high))
             assert wanted == model.step(now, slope, low, high), n
             assert (speed.integral_q29, speed.ref_rpm_q16, speed.at_limit) == (model.integral, model.ref, model.at_limit), n
             assert (speed.kp_q16, speed.ki_q16) == (model.kp, model.ki), n
@@ -100,7 +100,7 @@ def test_the_gains_in_amperes_per_rpm(c):
     """A step of the error answers with Kp at once, and grows with Ki each millisecond."""
     speed, tuning = made(c, speed_bw_hz=20)
     show(speed, seen(-2))
-    limits = c.interval(-14805, 14805)
+    limits = c.interval(low=-14805, high=14805)
     kp, ki = tuning.speed_kp_q16 * 32 / 65536, tuning.speed_ki_q16 * 32 / 65536  # of 2 rpm in Q4
     for n in range(20):
         assert abs(c.speed_loop_step(speed, tuning, 1000, limits) - (kp + n * ki)) <= 1
@@ -114,7 +114,7 @@ def test_a_slow_torque_leaves_a_quarter_of_the_bandwidth(c):
         speed, tuning = made(c, speed_bw_hz=20)
         speed.torque_is_slow = slow
         show(speed, seen(-20))
-        limits = c.interval(-14805, 14805)
+        limits = c.interval(low=-14805, high=14805)
         answers[slow] = [c.speed_loop_step(speed, tuning, 1000, limits) for _ in range(50)]
         show(speed, seen(0))
         speed.target_rpm_q16, speed.integral_q29 = 100 * 65536, 0
@@ -135,7 +135,7 @@ def test_acceleration_is_fed_forward(c):
     asked = []
     for _ in range(7):
         show(speed, seen(speed.ref_rpm_q16 / 65536 + min(2, 10 - speed.ref_rpm_q16 / 65536)))
-        asked.append(c.speed_loop_step(speed, tuning, slope, c.interval(-14805, 14805)))
+        asked.append(c.speed_loop_step(speed, tuning, slope, c.interval(low=-14805, high=14805)))
     ampere_q15 = tuning.speed_accel_q8 * slope / 2**24
     assert all(abs(a - ampere_q15) < 2 for a in asked[:5]) and all(abs(a) < 2 for a in asked[5:])
 
@@ -146,7 +146,7 @@ def test_the_wish_is_the_mean_of_the_last(c, mean_ms):
     draw = random.Random(mean_ms)
     alone, smooth = made(c)[0], made(c)[0]
     tuning = made(c)[1]
-    limits, wished = c.interval(-14805, 14805), [1000] * 4
+    limits, wished = c.interval(low=-14805, high=14805), [1000] * 4
     c.speed_loop_reset(alone, 1000)
     c.speed_loop_reset(smooth, 1000)
     for n in range(60):
@@ -172,7 +172,7 @@ def test_a_swing_of_as_many_steps_is_not_answered(c, mean_ms, swing_ms):
         asked[mean] = []
         for n in range(40):
             show(speed, seen(10 * math.cos(2 * math.pi * n / swing_ms)))
-            asked[mean].append(c.speed_loop_step(speed, tuning, 1000, c.interval(-14805, 14805)))
+            asked[mean].append(c.speed_loop_step(speed, tuning, 1000, c.interval(low=-14805, high=14805)))
     assert max(map(abs, asked[1][8:])) > 100 and max(map(abs, asked[mean_ms][8:])) <= 1
 
 
@@ -204,7 +204,7 @@ def test_the_feed_forward_is_no_more_than_the_range(c, way, beyond):
     slope_q16 = 1 << 21
     tuning.speed_accel_q8 = round(beyond * 2**39 / slope_q16)
     speed.target_rpm_q16 = way * 30000 * 65536
-    assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(-32768, 32768)) == way * 32768
+    assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(low=-32768, high=32768)) == way * 32768
     tuning.speed_accel_q8 //= round(2 * beyond)
-    assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(-32768, 32768)) == pytest.approx(
+    assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(low=-32768, high=32768)) == pytest.approx(
         way * 32768 * beyond / round(2 * beyond), abs=1)

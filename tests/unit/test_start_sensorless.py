@@ -6,10 +6,10 @@ import random
 
 import pytest
 
-from unit.test_flying import Searching, enough, regulating
-from unit.test_state_machine import World
-from unit.test_tuning import compute, shipped
-from unit.test_unit_identify import BUS_STEPS
+from rigs.drive import World
+from rigs.motor_numbers import compute, shipped
+from rigs.searching import Searching, enough, regulating
+from rigs.winding import BUS_STEPS
 
 SWEEP, POLARITY = 0, 2  # enum start_step of injection_start.c
 

@@ -4,49 +4,7 @@ import itertools
 
 import pytest
 
-from unit.conftest import identify
-
-STATES = ("SWITCH_ON_DISABLED", "READY", "SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP", "FAULT_REACTION", "FAULT")
-LOOPS_PER_MS = 20
-
-
-class World:
-    """A fabric that works: conversions come, the gate goes live when it is enabled, the encoder stands."""
-    def __init__(self, c):
-        self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
-        c.drive_init(self.axis, self.fabric)
-        identify(self.fabric)
-        self.axis.fabric_doubt = 0
-        self.fabric.adc.VBUS = 13670  # 24 V of 57.5 V
-        self.axis.state = c.AXIS_SWITCH_ON_DISABLED
-        for _ in range(5):
-            self.step()
-
-    def step(self, count=1):
-        for _ in range(count):
-            self.fabric.adc.SEQUENCE += LOOPS_PER_MS
-            self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
-            self.c.drive_step(self.axis)
-        return self.state
-
-    @property
-    def state(self):
-        return next(name for name, value in self.c.enums["axis_state"].items() if value == self.axis.state)[len("AXIS_"):]
-
-    def put(self, state):
-        """Into a state as it is in the midst of it, without having gone the way."""
-        self.axis.state = self.c.enums["axis_state"]["AXIS_" + state]
-        live = state in ("SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP")
-        self.fabric.gate.CONTROL = int(live)
-        self.axis.retry.wanted = live
-        if state in ("FAULT", "FAULT_REACTION"):
-            self.axis.faults.cause = self.c.FAULT_STALL
-        return self
-
-
-@pytest.fixture
-def world(c):
-    return lambda state=None: World(c).put(state) if state else World(c)
+from rigs.drive import LOOPS_PER_MS, STATES
 
 
 def test_it_stays_off_without_a_request(world):

@@ -4,7 +4,7 @@ import ctypes
 
 import pytest
 
-from unit.test_unit_scope import Scoped, decoded
+from rigs.scoped import Scoped, decoded
 
 
 class Streamed(Scoped):

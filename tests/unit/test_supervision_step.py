@@ -2,7 +2,7 @@
 """Which part of the supervision has its turn in which millisecond, and what is looked at in every one."""
 import pytest
 
-from unit.test_unit_supervision import Motor
+from rigs.motor import Motor
 
 FOREIGN = -12345
 

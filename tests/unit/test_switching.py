@@ -2,8 +2,8 @@
 """Switching on, a part at a time: what the thread serves in between cannot come in between."""
 import pytest
 
-from unit.modbus_line import US, frame, long, read, write, write_one
-from unit.test_cia402 import DISABLED, ENABLE, NO_VOLTAGE, OPERATION, SHUTDOWN, SWITCH_ON, SWITCHED_ON, Controller
+from rigs.controller import DISABLED, ENABLE, NO_VOLTAGE, SHUTDOWN, SWITCHED_ON, SWITCH_ON, Controller
+from rigs.modbus_line import long, read, write
 
 SPEED_MAX = 0x1000
 
@@ -79,7 +79,7 @@ def test_a_bus_that_has_sunk_meanwhile_is_found_at_the_end_and_told(plc, c):
     plc.axis.loop.vbus_q15 = plc.axis.tuning.v_min_q15 - 1
     parts(plc)
     plc.wait(1)
-    assert plc.axis.request == c.AXIS_REQUEST_NONE and plc.refusal == "ERROR_BUS_LOW" and plc.state == DISABLED
+    assert plc.axis.request == c.AXIS_REQUEST_NONE and plc.refusal == "BUS_LOW" and plc.state == DISABLED
 
 
 def test_a_retry_that_was_refused_at_the_end_is_made_again(c, plc):

@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Every number of struct tuning against exact rationals, over random parameters of the whole ranges and the shipped motors."""
-import functools
 import math
 import random
 from fractions import Fraction
 
 import pytest
 from launcher.data import MOTORS, available
-from launcher.drive import console_params, load_drive
 
+from rigs.firmware import ROOT
+from rigs.motor_numbers import BASE_HZ, PI, PWM_HZ, SLOW_HZ, compute, shipped, struct
 from tools.param_rows import param_rows
-from unit.conftest import ROOT
 
-PI = Fraction(314159265358979323846264338328, 10**29)
-PWM_HZ, SLOW_HZ, BASE_HZ = 20000, 1000, 1250
 REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS", "ERROR_CHOPPER_LEVELS",
                   "ERROR_V_MIN_BELOW_MODULATOR", "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP",
                   "ERROR_I_ALIGN_BEYOND_MAX")
@@ -21,34 +18,8 @@ CONSTANTS = Fraction(1, 10**8)  # relative, by which the C constants are rounded
 REFUSED_FOR_GAINS = ("ERROR_CURRENT_GAIN", "ERROR_CURRENT_INTEGRAL_GAIN", "ERROR_DECOUPLING", "ERROR_SPEED_GAIN")
 
 
-def struct(c, values):
-    """What is not told keeps its initial value."""
-    params = c.params()
-    c.params_init(params)
-    for name, value in values.items():
-        setattr(params, name, value)
-    return params
-
-
-def compute(c, values):
-    """(error's name, value, struct tuning)."""
-    tuning = c.tuning()
-    outcome = c.tuning_compute(struct(c, values), tuning)
-    names = {number: name for name, number in c.enums["error"].items()}
-    return names[outcome.error], outcome.value, tuning
-
-
 def ranges():
     return {name: (low, high) for name, (low, high, _) in param_rows(ROOT).items()}
-
-
-@functools.cache
-def _told(motor):
-    return console_params(load_drive(motor))
-
-
-def shipped(motor="teknic_m2310p"):
-    return dict(_told(motor))
 
 
 def drawn(draw):

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from unit.test_tuning import shipped, struct
+from rigs.motor_numbers import shipped, struct
 
 LARGEST = 32767  # of 16 bits
 # So that one gain alone comes to its end: bandwidth and ranges make the others small.
@@ -18,7 +18,7 @@ def tuned(c, **told):
     params, tuning = struct(c, {**shipped(), **BASE, **told}), c.tuning()
     c.tuning_rates(params, tuning)
     error = c.tuning_current(params, tuning).error
-    return next(name for name, number in c.enums["error"].items() if number == error), tuning
+    return "ERROR_" + c.name("error", error), tuning
 
 
 def last_that_fits(c, name, told, low=1, high=2**31 - 1):

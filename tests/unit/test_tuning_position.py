@@ -2,7 +2,7 @@
 """Where the numbers of position loop and profile end: a unit of 2^-shift counts, no speed of nothing, none beyond 32 bits."""
 import pytest
 
-from unit.test_tuning import shipped, struct
+from rigs.motor_numbers import shipped, struct
 
 
 def tuned(c, **told):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Random parameters of the whole ranges through tuning, tables and the slow loop, with measurements that make no sense: nothing
 overflows, divides by 0 or leaves an array (tuning_storm.c; the library is compiled so that any of it ends the process)."""
-from unit.conftest import HERE, storm
+from rigs.firmware import HERE, storm
 
 SETS = 1500
 

@@ -5,11 +5,11 @@ import re
 import struct
 
 import pytest
-from tools.eds import eds
 
-from unit.axes_at_rest import ALIKE, OBJECTS, OF_THE_LINE, PARAMS, fill
-from unit.can_node import EMERGENCY, NODE, PRE_OPERATIONAL, RESET_NODE, SDO_IN, START, STOP, Abort, Node
-from unit.conftest import ROOT
+from rigs.axes_at_rest import ALIKE, OBJECTS, OF_THE_LINE, PARAMS, fill
+from rigs.can_node import EMERGENCY, NODE, PRE_OPERATIONAL, RESET_NODE, SDO_IN, START, STOP, Abort, Node
+from rigs.firmware import ROOT
+from tools.eds import eds
 
 AXIS = 0x800
 WORD, STATUS, SPEED, VELOCITY = 0x60400010, 0x60410010, 0x60FF0020, 0x606C0020

@@ -4,22 +4,16 @@ import ctypes
 
 import pytest
 
-from unit.conftest import identify
+from rigs.axes_at_rest import AxesAtRest
+from rigs.console import Keyboard
 
 
-class TwoAxes:
+class TwoAxes(AxesAtRest, Keyboard):
     """The console of two drives at rest."""
 
     def __init__(self, c):
-        self.c = c
-        self.axes, self.fabrics, self.slots = (c.axis * 2)(), (c.fabric * 2)(), (c.slots * 2)(c.host_slots(), c.host_slots())
+        super().__init__(c, 2)
         self.loaded, self.last_life, self.scope = (c.nvm_report * 2)(), c.postmortem(), c.scope()
-        for axis, fabric in zip(self.axes, self.fabrics):
-            c.drive_init(axis, fabric)
-            identify(fabric)
-            axis.fabric_doubt, axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
-        c.drive_join(self.axes[0], self.axes[1])
-        c.host_envm_new(self.axes[0], 8e-3, 1)
         self.pend = ctypes.c_uint32()
         c.scope_init(self.scope, self.axes[0], type(self.scope.enter)(), self.pend, 1)
         self.console, session = c.console(), c.session()
@@ -30,19 +24,6 @@ class TwoAxes:
         c.host_said_bytes.value = 0
         c.console_start(self.console, session)
         self.greeting = self.heard()
-
-    def heard(self):
-        text = bytes(self.c.host_said)[:self.c.host_said_bytes.value].decode()
-        self.c.host_said_bytes.value = 0
-        return text
-
-    def __call__(self, line):
-        text = line.encode() + b"\r"
-        ctypes.memmove(self.c.host_heard, text, len(text))
-        self.c.host_heard_bytes.value, self.c.host_heard_taken.value = len(text), 0
-        while self.c.console_poll(self.console):
-            pass
-        return self.heard()[len(line) + 2:].removesuffix("\r\n> ").split("\r\n")
 
     def ramps(self):
         return [axis.params.ramp_rpm_s for axis in self.axes]

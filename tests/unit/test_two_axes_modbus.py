@@ -4,8 +4,8 @@ import struct
 
 import pytest
 
-from unit.axes_at_rest import ALIKE, OBJECTS, OF_THE_LINE, PARAMS, fill
-from unit.modbus_line import FAULT_BASE, PARAM_BASE, US, Line, crc, frame, framed, long, read, words, write, write_one
+from rigs.axes_at_rest import ALIKE, OBJECTS, OF_THE_LINE, PARAMS, fill
+from rigs.modbus_line import FAULT_BASE, PARAM_BASE, US, Line, crc, frame, framed, long, read, words, write, write_one
 
 BROADCAST, DEVICE_FAILURE = 0, 4
 SAVE = 0x65766173

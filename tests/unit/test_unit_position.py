@@ -6,9 +6,9 @@ import random
 from fractions import Fraction
 
 import pytest
-
 from launcher.data import MOTORS, available
-from unit.test_tuning import compute, shipped, struct
+
+from rigs.motor_numbers import compute, shipped, struct
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 
@@ -82,7 +82,7 @@ def loop(c):
 
 def step(c, loop, next_ref, limits=(-20000, 20000)):
     tuning, speed, turns, position = loop
-    return c.position_step(position, next_ref, speed, turns, tuning, c.interval(*limits))
+    return c.position_step(position, next_ref, speed, turns, tuning, c.interval(low=limits[0], high=limits[1]))
 
 
 def middle(loop, counts):

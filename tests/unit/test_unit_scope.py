@@ -6,52 +6,11 @@ import re
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from mssfoc.frames import Sample, Splitter
-from unit.conftest import ROOT
-from unit.test_commands import Operator
+
+from rigs.scoped import ENTRY, LOOP, SLOTS, Scoped, decoded
 
 INT32 = st.integers(-2**31, 2**31 - 1)
-LOOP, ENTRY = 0x1111, 0x2222  # what the vector holds
-SLOTS = 64
-
-
-def pointer(value):
-    return ctypes.c_void_p(value)
-
-
-@pytest.fixture
-def scoped(c):
-    return Scoped(c)
-
-
-class Scoped(Operator):
-    """An operator of a drive that has a scope and a vector."""
-
-    def __init__(self, c):
-        super().__init__(c)
-        self.axis.fabric = ctypes.pointer(self.fabric)
-        self.vector, self.pend, self.scope = pointer(LOOP), ctypes.c_uint32(), c.scope()
-        self.handlers = c.loop_handlers()
-        self.handlers.vector = ctypes.cast(ctypes.pointer(self.vector), type(self.handlers.vector))
-        self.axis.loop.handlers = ctypes.pointer(self.handlers)
-        c.scope_init(self.scope, self.axis, ENTRY, self.pend, 1 << 9)
-        session, self.uart, self.idle = self.console.session, c.structs["mmuart"](), c.structs["idle"]()
-        self.clock = ctypes.c_uint32()
-        self.idle.time_ms = ctypes.pointer(self.clock)
-        session.scope, session.out.uart = ctypes.pointer(self.scope), ctypes.pointer(self.uart)
-        session.out.idle = ctypes.pointer(self.idle)
-
-    def tick(self, count=1):
-        """The current loop has served a sample, and the sampler comes behind it."""
-        for _ in range(count):
-            self.fabric.adc.SEQUENCE += 1
-            if self.vector.value == ENTRY:
-                self.scope.entry.ticks += 1
-                self.c.scope_sample(self.scope)
-
-    def choose(self, *names):
-        assert self(f"scope signals {','.join(names)}") == ["ok"]
 
 
 # ---- signals ----
@@ -100,32 +59,6 @@ def test_a_sum_of_two_words_wraps(scoped):
 
 
 # ---- frames ----
-
-def decoded(frame):
-    """(number, values) of a frame, or None: written from the description in frame.h alone."""
-    if frame[0] != 1 or frame[-1] != 0 or 0 in frame[:-1]:
-        return None
-    plain, at, body = bytearray(), 0, frame[1:-1]
-    while at < len(body):
-        distance = body[at]
-        plain += body[at + 1:at + distance]
-        at += distance
-        if at < len(body):
-            plain.append(0)
-    crc = 0xFFFF
-    for byte in plain[:-2]:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
-    if at != len(body) or crc != int.from_bytes(plain[-2:], "little"):
-        return None
-    values, value, shift = [], 0, 0
-    for byte in plain[3:-2]:
-        value, shift = value | (byte & 127) << shift, shift + 7
-        if byte < 128:
-            values.append((value >> 1) ^ -(value & 1))
-            value = shift = 0
-    return (int.from_bytes(plain[1:3], "little"), values) if len(values) == plain[0] - 0x50 else None
 
 
 def frame_of(c, number, values):

@@ -2,7 +2,7 @@
 """The MSS timers' registers behind each call, whatever was in them before."""
 import pytest
 
-from unit.test_system import Device
+from rigs.device import Device
 
 TIMER1, TIMER2, RESET = 14, 15, 1 << 6
 

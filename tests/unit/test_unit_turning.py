@@ -8,7 +8,8 @@ from fractions import Fraction
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, measuring, reason, result_of, thought
+from rigs.identify_alone import (I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, amps, begin, fill, known, measuring, reason, result_of,
+                                 rpm_q9, thought, volts)
 
 PAIRS, COUNTS, FLUX_WB, J_KGM2 = 8, 8192, 2.85e-3, 77e-6
 R_OHM, LQ_H = 0.35, 143e-6
@@ -35,18 +36,6 @@ def motor(begun):
     return begun
 
 
-def amps(value):
-    return round(value / (I_RANGE_MA / 1000) * ONE)
-
-
-def volts(value):
-    return round(value / (V_RANGE_MV / 1000) * ONE)
-
-
-def rpm_q9(rad_s):
-    return round(rad_s * 60 / (2 * math.pi) * 512)
-
-
 # ---- numbers ----
 
 STUDENT = {2: 12.706, 4: 3.182, 6: 2.571, 8: 2.365, 16: 2.131}
@@ -58,15 +47,6 @@ def test_spread_is_the_standard_deviation_of_the_mean_and_students(c, n):
     spread = c.identify_spread((ctypes.c_int64 * n)(*values), n)
     assert spread.mean == math.floor(Fraction(sum(values), n) + Fraction(1, 2))
     assert spread.deviation == pytest.approx(statistics.stdev(values) / math.sqrt(n) * STUDENT[n] / 2, rel=5e-3)
-
-
-def fill(run, samples):
-    """The sums of (current, voltage, speed) in the firmware's units, exactly."""
-    for t, (i, v, x) in enumerate(samples):
-        run.count += 1
-        run.i, run.v, run.x = run.i + i, run.v + v, run.x + x
-        run.tx, run.xx, run.xv = run.tx + t * x, run.xx + x * x, run.xv + x * v
-    return run
 
 
 def least_squares(xs, ys):

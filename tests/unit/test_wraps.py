@@ -5,9 +5,9 @@ import subprocess
 
 import pytest
 
-from unit.conftest import HERE, ROOT
-from unit.test_modes import Drive
-from unit.test_tuning import compute, shipped
+from rigs.firmware import HERE, ROOT
+from rigs.motor_numbers import compute, shipped
+from rigs.operating import Drive
 
 BORDERS = (0, 2**31, -2**31, 2**32, 3 * 2**31, -5 * 2**31, 10**12)
 
@@ -98,7 +98,7 @@ def test_and_of_a_position(c, sign):
     speed.estimate.interval_clocks = 1000
     speed.estimate.speed_rpm_q15 = speed.estimate.travel_q15 = sign * 30000 << 15
     c.position_begin(position, 0, sign * 8000000)
-    assert c.position_step(position, -sign * 8000000, speed, turns, tuning, c.interval(-20000, 20000)) * sign < 0
+    assert c.position_step(position, -sign * 8000000, speed, turns, tuning, c.interval(low=-20000, high=20000)) * sign < 0
 
 
 @pytest.mark.parametrize("days", (1, 4.97102697, 10, 40, 49.8, 400))

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from unit.test_unit_supervision import Motor, motor  # noqa: F401  (the fixture)
+from rigs.motor import Motor
 
 
 def sensors(offset_q15=0, gain=1.0, seen=7, turning=lambda _: None):

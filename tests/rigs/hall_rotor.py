@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from unit.test_tuning import compute, shipped
+from rigs.motor_numbers import compute, shipped
 
 TURN, HZ, CLOCK_HZ, LOOP_COUNTS, PER_MS = 2**32, 20000, 100e6, 5000, 20
 IDEAL = (5, 1, 3, 2, 6, 4)
@@ -97,3 +97,15 @@ class Rotor:
 
     def turning(self, hz, ms, **more):
         return self.run(self.turns + hz / HZ * np.arange(1, ms * PER_MS + 1), **more)
+
+
+MISPLACED = Switches(edges=(0.01, 0.15, 0.345, 0.51, 0.66, 0.84))
+
+
+def parameters(c, states=513264, edges=(0, 6000, 12000, 18000, 24000, 30000)):
+    p = c.params()
+    c.params_init(p)
+    p.hall_states = states
+    for n, edge in enumerate(edges):
+        setattr(p, f"hall_edge_{n + 1}_cdeg", edge)
+    return p

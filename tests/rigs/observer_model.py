@@ -73,3 +73,12 @@ class Machine:
         u = (self.flux(i_next, angle) - self.flux(i_now, self.angle)) / self.period_s
         self.angle = angle
         return u + self.resistance_ohm * (i_now + i_next) / 2
+
+
+def chords(c):
+    return np.array(c.trig_chords[:1280] if hasattr(c.trig_chords, "__len__") else [c.trig_chords[n] for n in range(1280)],
+                    dtype=np.int64)
+
+
+def any_of(draw, low, high):
+    return draw.choice((low, high)) if draw.random() < 0.2 else draw.randint(low, high)

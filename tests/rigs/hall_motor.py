@@ -2,9 +2,9 @@
 """The motor in formulas of test_unit_supervision.py, with three Hall switches whose wires may break."""
 import ctypes
 
-from unit.hall_bench import IDEAL, TURN
-from unit.test_failover import Carrying
-from unit.test_unit_supervision import CLOCKS, LOOPS
+from rigs.carrying import Carrying
+from rigs.hall_rotor import IDEAL, TURN
+from rigs.motor import CLOCKS, LOOPS
 
 SAMPLE = CLOCKS // LOOPS
 SETTLES_MS = 300

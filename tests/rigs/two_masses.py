@@ -74,7 +74,7 @@ class Shaft:
     def step(self, ms, reference=None):
         """reference(ms): the speed in rpm of a host that moves it itself."""
         most = self.t.i_max_q15
-        limits = self.c.interval(-most, most)
+        limits = self.c.interval(low=-most, high=most)
         for _ in range(ms):
             self.see()
             self.c.speed_loop_measure(self.speed, self.fabric.encoder, self.t)

@@ -2,10 +2,9 @@
 """Drives at rest for a bus to find: each with a fabric and settings of its own."""
 import ctypes
 
+from rigs.drive import at_rest
 from tools.modbus_page import objects
 from tools.param_rows import param_rows
-
-from unit.conftest import identify
 
 SLOTS_BYTES = 2 * 4096  # of one axis; a further one's stand in front of the first's
 # {name: (register, index in CANopen or 0, bytes, writable)}
@@ -25,9 +24,8 @@ class AxesAtRest:
         self.c, self.fabrics, self.axes = c, (c.fabric * count)(), (c.axis * count)()
         self.fabric, self.axis = self.fabrics[0], self.axes[0]
         for axis, fabric in zip(self.axes, self.fabrics):
-            c.drive_init(axis, fabric)
-            identify(fabric)
-            axis.fabric_doubt, axis.state, axis.time_ms = 0, c.AXIS_SWITCH_ON_DISABLED, 1000
+            at_rest(c, axis, fabric)
+            axis.time_ms = 1000
         if count > 1:
             c.drive_join(*self.axes)
         c.host_envm_new(self.axis, 8e-3, 1)
@@ -39,6 +37,16 @@ class AxesAtRest:
         if count > 1:  # saving waits for each axis' own clock
             self.hook = ctypes.CFUNCTYPE(None)(self._sleep)
             ctypes.c_void_p.in_dll(c._library, "host_on_sleep").value = ctypes.cast(self.hook, ctypes.c_void_p).value
+
+    def others(self):
+        """All of the axes beside `axis`, but what time it is."""
+        found = []
+        for axis in self.axes:
+            if ctypes.addressof(axis) != ctypes.addressof(self.axis):
+                copy = type(axis).from_buffer_copy(axis)
+                copy.time_ms = 0
+                found.append(bytes(copy))
+        return found
 
     def pass_ms(self):
         for axis in self.axes:

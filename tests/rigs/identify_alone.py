@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Identify by itself, on the 24 V inverter: begun, made to think, and asked what it knows."""
 import ctypes
+import math
 
 I_RANGE_MA, V_RANGE_MV, RATED_MA, ONE = 23571, 57528, 3800, 32768
 
@@ -46,3 +47,24 @@ def reason(c, d, name):
     """Why it is refused, or None."""
     result = result_of(c, d, name)
     return result.reason if result.state == c.IDENTIFY_REFUSED else None
+
+
+def amps(value):
+    return round(value / (I_RANGE_MA / 1000) * ONE)
+
+
+def volts(value):
+    return round(value / (V_RANGE_MV / 1000) * ONE)
+
+
+def rpm_q9(rad_s):
+    return round(rad_s * 60 / (2 * math.pi) * 512)
+
+
+def fill(run, samples):
+    """The sums of (current, voltage, speed) in the firmware's units, exactly."""
+    for t, (i, v, x) in enumerate(samples):
+        run.count += 1
+        run.i, run.v, run.x = run.i + i, run.v + v, run.x + x
+        run.tx, run.xx, run.xv = run.tx + t * x, run.xx + x * x, run.xv + x * v
+    return run

@@ -3,20 +3,31 @@
 import ctypes
 import struct
 
-from unit.axes_at_rest import AxesAtRest
+from rigs.axes_at_rest import AxesAtRest
 
 US = 1  # the drive's address
 FAULT_BASE, PARAM_BASE = 0x0400, 0x1000
 
 
-def crc(body):
-    """CRC-16 of Modbus bit by bit (MODBUS over Serial Line V1.02, 6.2.2): x^16 + x^15 + x^2 + 1, reflected, from 0xFFFF."""
+def _shifted(value):
+    for _ in range(8):
+        value = value >> 1 ^ (0xA001 if value & 1 else 0)
+    return value
+
+
+SHIFTED = [_shifted(byte) for byte in range(256)]
+
+
+def remainders(body):
+    """CRC-16 of Modbus behind each byte (Serial Line V1.02, 6.2.2): x^16 + x^15 + x^2 + 1, reflected, from 0xFFFF."""
     value = 0xFFFF
     for byte in body:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ (0xA001 if value & 1 else 0)
-    return struct.pack("<H", value)
+        value = value >> 8 ^ SHIFTED[(value ^ byte) & 0xFF]
+        yield value
+
+
+def crc(body):
+    return struct.pack("<H", [0xFFFF, *remainders(body)][-1])
 
 
 def frame(*body):

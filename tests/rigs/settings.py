@@ -8,7 +8,7 @@ import ctypes
 import struct
 import zlib
 
-from unit.conftest import identify
+from rigs.drive import at_rest
 
 PAGE, SLOT_BYTES = 128, 4096
 PARAMETER, REACTION, INDEX, COGGING = 1, 2, 3, 4
@@ -61,13 +61,11 @@ class Drive:
     def power_on(self):
         c = self.c
         self.fabric, self.axis = c.fabric(), c.axis()
-        c.drive_init(self.axis, self.fabric)
-        identify(self.fabric)
-        self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
+        at_rest(c, self.axis, self.fabric)
         c.host_bench.axis = ctypes.pointer(self.axis)
 
     def name(self, error):
-        return next(name for name, value in self.c.enums["error"].items() if value == error)[len("ERROR_"):]
+        return self.c.name("error", error)
 
     def save(self, cut_at=0, cut_share=0.0):
         """The error's name, or "CUT"."""
@@ -106,8 +104,7 @@ class Drive:
         ctypes.memmove(raw, content, len(content))
 
     def state(self, number):
-        view = self.c.slots_look(self.slots)
-        return next(name for name, value in self.c.enums["slot_state"].items() if value == view.state[number])[5:]
+        return self.c.name("slot_state", self.c.slots_look(self.slots).state[number])
 
 
 def text(characters):
