@@ -2,13 +2,15 @@
 """The tests that a mutant has to pass: which concern it, in which order, and what they said."""
 import json
 import re
+import shutil
+import socket
 import sys
 import tomllib
 from collections import Counter, defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
-from mutants.tree import Trouble, digest, last_lines
+from mutants.tree import Trouble, last_lines
 
 CPU_TIMES, CPU_MORE_S = 4, 5.0  # a test may take this much of what it took, and this much more
 NEAR, FAR = 0.3, 0.03      # how likely a test is to notice before anything is known: of a file of its name, of any other
@@ -18,10 +20,14 @@ PLUGINS = str(Path(__file__).resolve().parents[1])
 @dataclass(frozen=True)
 class Rung:
     name: str
-    tests: tuple          # files and folders
-    product: str = ""     # runs where this has changed; [] stands for the test's parameter
+    tests: tuple          # files and folders; those that are not there are left out
+    product: str = ""     # of the controller, which it runs; [] stands for the test's parameter
     only: str = ""        # regular expressions of tests
     without: str = ""
+
+    def has(self, name):
+        return any(name.split("::")[0] == place or name.startswith(place.rstrip("/") + "/") for place in self.tests) and (
+            not self.only or re.search(self.only, name)) and not (self.without and re.search(self.without, name))
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,8 @@ class Played:
     what: str             # "passed", or why not
     cpu_s: float = 0.0    # all of it
     shared_s: float = 0.0
+    met: tuple = ()
+    shared: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -39,8 +47,8 @@ class Test:
     rung: Rung
     cpu_s: float = 0.0
     shared_s: float = 0.0       # CPU seconds more for the first of a file that is asked: fixtures that they share
+    met: frozenset = frozenset()     # numbers of mutants that it comes by
     executes: frozenset = None  # functions of the image; None: unknown
-    enters: frozenset = None    # the same of the unit tests' libraries
 
     @property
     def file(self):
@@ -52,14 +60,10 @@ class Test:
         return self.cpu_s + self.shared_s
 
     @property
-    def parameter(self):
-        match = re.search(r"\[(.*)\]$", self.name)
-        return match[1] if match else ""
-
-    @property
     def product(self):
-        """What it runs; "" where that is no product."""
-        return self.rung.product.replace("[]", self.parameter)
+        """What it runs; "" where that is nothing of the controller's."""
+        match = re.search(r"\[(.*)\]$", self.name)
+        return self.rung.product.replace("[]", match[1] if match else "")
 
 
 def load_rungs(path):
@@ -68,108 +72,100 @@ def load_rungs(path):
     return [Rung(**{**row, "tests": tuple(row["tests"])}) for row in rows]
 
 
-def pytest_command(files, folder, *options):
-    """Relative to a tree's root."""
-    return [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir=.", "--confcutdir=.",
-            f"--basetemp={folder}", *options, *files]
+class Server:
+    """pytest with these rungs' tests collected, in a tree; it plays what it is asked to in forks of itself (serve.py)."""
 
+    def __init__(self, tree, rungs, name, core=None):
+        self.tree, self.which = tree, None
+        self.folder = tree.folder / f"serve_{rungs[0].name}_{name}"
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir()
+        place = Path("/tmp") / f"mutants.{self.folder.stat().st_ino}"  # a socket's path is short
+        place.unlink(missing_ok=True)
+        with socket.socket(socket.AF_UNIX) as door:
+            door.bind(str(place))
+            door.listen(1)
+            door.settimeout(1.0)
+            files = [name for rung in rungs for name in rung.tests if (tree.root / name).exists()]
+            command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve", "--rootdir=.",
+                       "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", "--most", *files]
+            self.said = self.folder / "pytest.txt"
+            with open(self.said, "w") as said:
+                self.process = tree.start(command if (tree.root / "tests/conftest.py").exists() else
+                                          [word for word in command if word != "--most"],
+                                          {"MUTANTS_SOCKET": str(place), "PYTHONPATH": PLUGINS}, core, stdout=said, stderr=said)
+            self.stream = self._accepted(door).makefile("rw", encoding="utf-8")
+            place.unlink()
+        answer = json.loads(self.stream.readline())
+        self.tests = [Test(name, rung) for name in answer["tests"]
+                      if (rung := next((rung for rung in rungs if rung.has(name)), None))]
+        if answer["broken"] or not self.tests:
+            raise Trouble(f"rungs {', '.join(rung.name for rung in rungs)}: no tests\n{last_lines(self.said.read_text())}")
 
-def collect(tree, rungs):
-    """Every test of the ladder."""
-    tests = []
-    for rung in rungs:
-        files = [name for name in rung.tests if (tree.root / name).exists()]
-        if not files:
-            continue
-        status, output = tree.run(pytest_command(files, "build/tmp", "--collect-only"))
-        names = [line for line in output.splitlines() if "::" in line and not line.startswith(("ERROR", "FAILED"))]
-        chosen = [n for n in names if (not rung.only or re.search(rung.only, n)) and
-                  not (rung.without and re.search(rung.without, n))]
-        if status or not chosen:
-            raise Trouble(f"rung '{rung.name}' has no tests, pytest ended with {status}:\n{last_lines(output)}")
-        tests += [Test(name, rung) for name in dict.fromkeys(chosen) if name not in {t.name for t in tests}]
-    if not tests:
-        raise Trouble("no rung of the ladder has a test")
-    return tests
+    def _accepted(self, door):
+        while True:
+            try:
+                return door.accept()[0]
+            except TimeoutError:
+                if self.process.poll() is not None:
+                    raise Trouble(f"pytest ended before any test:\n{last_lines(self.said.read_text())}") from None
 
+    def play(self, tests, number=0, to_the_end=False):
+        """Played ones in order, up to the first that did not pass unless to_the_end; number: of the mutant that counts."""
+        log = self.folder / "log.jsonl"
+        log.write_text("")
+        limits = [[t.name, CPU_TIMES * t.most_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]
+        print(json.dumps({"tests": limits, "now": number, "log": str(log), "to_the_end": to_the_end, "met": to_the_end}),
+              file=self.stream, flush=True)
+        line = self.stream.readline()
+        if not line:
+            raise Trouble(f"pytest has ended:\n{last_lines(self.said.read_text())}")
+        results, begun = [], None
+        for entry in map(json.loads, log.read_text().splitlines()):
+            begun = entry.get("start")
+            if begun is None:
+                results.append(Played(entry["end"], "failed" if entry["failed"] else "passed", entry["cpu_s"],
+                                      entry["shared_s"], tuple(entry["met"]), tuple(entry["shared"])))
+        if begun:
+            results.append(Played(begun, f"did not end ({json.loads(line)['status']})"))
+        return results
 
-def play(tree, tests, to_the_end=False, reach=None):
-    """Played ones in order, up to the first that did not pass unless to_the_end.
+    def bits(self, tests):
+        """{test: what the twin executed} of those that were played last."""
+        return {test.name: file.read_bytes() for n, test in enumerate(tests) if (file := self.folder / f"{n}.bits").exists()}
 
-    reach   a folder for what the twin executes in each
-    """
-    plan, log = tree.root.parent / "plan.json", tree.root.parent / "log.jsonl"
-    plan.write_text(json.dumps([[t.name, CPU_TIMES * t.most_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]))
-    log.write_text("")
-    files = list(dict.fromkeys(test.file for test in tests))
-    command = pytest_command(files, "build/tmp", "-p", "mutants.watch", *([] if to_the_end else ["-x"]))
-    told = {"MUTANTS_PLAN": str(plan), "MUTANTS_LOG": str(log), "MUTANTS_REACH": str(reach or ""), "PYTHONPATH": PLUGINS}
-    status, output = tree.run(command, told)
-    results, begun = [], None
-    for line in log.read_text().splitlines():
-        entry = json.loads(line)
-        if "start" in entry:
-            begun = entry["start"]
-        else:
-            what = "failed" if entry["failed"] else "passed"
-            results.append(Played(entry["end"], what, entry["cpu_s"], entry["shared_s"]))
-            begun = None
-    if begun:
-        results.append(Played(begun, f"did not end (status {status})"))
-    elif status == 2 and not results:
-        match = re.search(r"ERROR (tests/\S+?\.py|\S+\.py)", output)
-        results.append(Played(match[1] if match else files[0], "could not be collected"))
-    elif status not in (0, 1) or not results or (status == 1 and all(r.what == "passed" for r in results)):
-        raise Trouble(f"pytest ended with {status}:\n" + last_lines(output))
-    return results
+    def clear(self):
+        for file in self.folder.glob("*.bits"):
+            file.unlink()
 
 
 class Order:
     """Which test to ask first: the one that, as far as is known, notices most a second."""
 
     def __init__(self):
-        self.all = ()  # tests that there are
         self.asked, self.noticed = defaultdict(Counter), defaultdict(Counter)
 
-    def learn(self, file, function, asked, noticed_by):
-        for scope in self._scopes(file, function):
+    def learn(self, mutant, asked, noticed_by):
+        for scope in self._scopes(mutant):
             self.asked[scope].update(asked)
             if noticed_by:
                 self.noticed[scope][noticed_by] += 1
 
     @staticmethod
-    def _scopes(file, function):
-        return (f"{file}|{function}", file, str(Path(file).parent), "")
+    def _scopes(mutant):
+        return (f"{mutant.file}|{mutant.function}", mutant.file, str(Path(mutant.file).parent), "")
 
-    def sorted(self, fault, tests):
-        """The fewer execute or enter what has changed, the more likely one of them notices."""
-        few = {what: self._few(tests, what) for what in ("executes", "enters")}
-        return sorted(tests, key=lambda test: (-self._worth(fault, test, few), test.name))
+    def sorted(self, mutant, tests):
+        return sorted(tests, key=lambda test: (-self._worth(mutant, test), test.name))
 
-    def _few(self, tests, what):
-        every, these = (sum(getattr(test, what) is not None for test in some) for some in (self.all, tests))
-        return 1 - these / max(every, 1)
-
-    def _worth(self, fault, test, few):
-        near = Path(fault.file).stem in test.name
-        share = max(few[what] if getattr(test, what) else 0.0 for what in few)
-        noticed, asked = NEAR if near else max(FAR, NEAR * share), 1.0
-        for scope, weight in zip(self._scopes(fault.file, fault.function), (4.0, 2.0, 0.5, 0.2)):
+    def _worth(self, mutant, test):
+        """The fewer come by this mutant and the fewer others this test comes by, the more likely it notices."""
+        near = Path(mutant.file).stem in test.name
+        noticed, asked = NEAR if near else FAR + NEAR / (1 + len(test.met)), 1.0
+        for scope, weight in zip(self._scopes(mutant), (4.0, 2.0, 0.5, 0.2)):
             noticed += weight * self.noticed[scope][test.name]
             asked += weight * self.asked[scope][test.name]
         return noticed / asked / (test.most_s + 0.05)
-
-
-def concerned(tests, changed, functions=None, entered=None):
-    """The tests whose product has changed, and those of no product: they compile the sources themselves.
-
-    functions   those that have changed, and nothing else has: tests that execute none of them are left out
-    entered     the same of the unit tests' libraries
-    """
-    return [test for test in tests
-            if (not test.product or test.product in changed) and
-            (functions is None or test.executes is None or functions & test.executes) and
-            (entered is None or test.enters is None or entered & test.enters)]
 
 
 def affordable(tests, budget_s):
@@ -181,12 +177,3 @@ def affordable(tests, budget_s):
         if budget_s and left < 0:
             return tests[:n]
     return tests
-
-
-def material(root, name):
-    """A hash of what a test is made of, as far as its folder goes."""
-    test = Test(name, None)
-    path = root / test.file
-    others = [p for p in sorted(path.parent.glob("*")) if p.is_file() and
-              (p == path or not p.name.startswith("test_") or p.stem == test.parameter)]
-    return digest(*[p.read_bytes() for p in others]) if path.exists() else ""
