@@ -18,6 +18,7 @@ LOOSER = {"<": "<=", "<=": "<", ">": ">=", ">=": ">"}
 TURNED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "==": "!=", "!=": "=="}
 SIGNS = {"+": "-", "-": "+", "+=": "-=", "-=": "+="}
 OPERATOR = re.compile(r"<<=|>>=|[-+*/%&|^]=|<<|>>|<=|>=|==|!=|&&|\|\||[-+*/%&|^<>=,]")
+ASSIGNS = re.compile(r"([-+*/%&|^]|<<|>>)?=")
 BOUNDS = re.compile(r"(?i)(^|_)(f?min|f?max|clamp\w*|limit\w*|sat\w*|bound\w*|f?abs|within|held|cut)(_|$)")
 MASKS = re.compile(r"cpu_(irq_\w+|mask_\w+|unmask\w*|barrier|dmb|dsb|isb|data_\w*|synchroni\w*)")
 NUMBER = re.compile(r"(0[xX][0-9a-fA-F]+|0|[1-9]\d*)([uUlL]*)")
@@ -63,11 +64,9 @@ class Reader:
         self.bytes = text.encode()
         self.macros = sorted(self.span(c) for c in unit.cursor.get_children()
                              if c.kind == K.MACRO_INSTANTIATION and self.here(c))
-        self.known = set(re.findall(r"[A-Za-z_]\w*", self.blank)) | {
-            c.spelling for c in unit.cursor.get_children() if c.kind in (K.VAR_DECL, K.FUNCTION_DECL)}
+        self.known = set(re.findall(r"[A-Za-z_]\w*", self.blank))
         for c in unit.cursor.get_children():
-            if c.kind in (K.STRUCT_DECL, K.ENUM_DECL):
-                self.known |= {member.spelling for member in c.get_children()}
+            self.known |= {one.spelling for one in (c.get_children() if c.kind == K.STRUCT_DECL else [c])}
         self.found, self.function, self.slot, self.loads = [], "", None, {}
         self.turns = True  # whether a comparison may be turned round: a loop's would only never begin
 
@@ -102,14 +101,12 @@ class Reader:
         for cursor in self.unit.cursor.get_children():
             if cursor.kind == K.FUNCTION_DECL and cursor.is_definition() and self.here(cursor) and not self.of_macro(cursor):
                 self.function, self.loads = cursor.spelling, {}
-                body = [child for child in cursor.get_children() if child.kind == K.COMPOUND_STMT]
-                for child in body:
-                    self.statement(child)
+                self.statement(list(cursor.get_children())[-1])
         return self.found
 
     def statement(self, cursor):
-        children = list(cursor.get_children())
-        if self.of_macro(cursor):
+        children = [] if self.of_macro(cursor) else list(cursor.get_children())
+        if not children:
             return
         if cursor.kind == K.COMPOUND_STMT:
             for one, two in zip(children, children[1:]):
@@ -128,11 +125,9 @@ class Reader:
         elif cursor.kind in (K.SWITCH_STMT, K.CASE_STMT, K.DEFAULT_STMT, K.LABEL_STMT):
             if cursor.kind == K.SWITCH_STMT:
                 self.within(children[0])
-            if children:
-                self.statement(children[-1])
+            self.statement(children[-1])
         elif cursor.kind == K.RETURN_STMT:
-            if children:
-                self.within(children[0])
+            self.within(children[0])
         elif cursor.kind == K.DECL_STMT:
             self.declarations(children)
         elif cursor.kind.is_expression():
@@ -148,18 +143,15 @@ class Reader:
 
     def loop(self, cursor, children):
         body = children[-1]
-        start, end = self.span(cursor)[0], self.span(body)[0]
-        first = self.blank.find(";", start, end)
-        second = self.blank.find(";", first + 1, end)
+        first = self.blank.find(";", self.span(cursor)[0])
+        second = self.blank.find(";", first + 1)
         for child in children[:-1]:
+            self.turns = not first < self.span(child)[0] < second
             if child.kind == K.DECL_STMT:
                 self.declarations(child.get_children())
-            elif first < self.span(child)[0] < second:
-                self.turns = False
-                self.within(child)
-                self.turns = True
             else:
                 self.within(child)
+        self.turns = True
         self.statement(body)
 
     def declarations(self, cursors):
@@ -174,7 +166,8 @@ class Reader:
                     self.initial(child)
             else:
                 self.within(value)
-                self.read_once(cursor, value)
+                if value.kind in (K.MEMBER_REF_EXPR, K.DECL_REF_EXPR) and value.type.is_volatile_qualified():
+                    self.loads[cursor.spelling] = self.part(value)  # where the copy is used, it is read again
 
     def initial(self, child):
         child = self.bare(child)
@@ -184,11 +177,6 @@ class Reader:
                 self.initial(part)
         elif child.kind != K.INIT_LIST_EXPR:
             self.within(child)
-
-    def read_once(self, cursor, value):
-        """A local copy of what an interrupt also writes: where it is used, the volatile is read again."""
-        if value.kind in (K.MEMBER_REF_EXPR, K.DECL_REF_EXPR) and value.type.is_volatile_qualified():
-            self.loads[cursor.spelling] = self.part(value)
 
     def simple(self, cursor):
         """A statement that is an expression: left out as a whole, or wrong inside."""
@@ -209,19 +197,13 @@ class Reader:
         texts = self.text[slice(*a)], self.text[slice(*b)]
         if texts[0] == texts[1] or "(void)" in texts[0] + texts[1]:
             return
-        written = [self.written(one), self.written(two)]
-        linked = any(w and re.search(rf"(?<![\w.>]){re.escape(w)}(?!\w)", other) for w, other in zip(written, reversed(texts)))
-        calls = [self.bare(c).kind == K.CALL_EXPR for c in (one, two)]
-        if linked or all(calls) or (written[0] and self.to_volatile(two)):
+        pairs = [self.operands(self.bare(c)) for c in (one, two)]
+        written = [parts[0] if parts and ASSIGNS.fullmatch(parts[1]) else None for parts in pairs]
+        linked = any(w and re.search(rf"(?<![\w.>]){re.escape(self.part(w))}(?!\w)", other)
+                     for w, other in zip(written, reversed(texts)))
+        calls = all(self.bare(c).kind == K.CALL_EXPR for c in (one, two))
+        if linked or calls or all(written) and written[1].type.is_volatile_qualified():
             self.change("order", (*a, texts[1]), (*b, texts[0]), slot=(a[0], b[1], "statement"))
-
-    def written(self, cursor):
-        parts = self.operands(self.bare(cursor))
-        return self.part(parts[0]) if parts and parts[1].endswith("=") and parts[1] not in TURNED else None
-
-    def to_volatile(self, cursor):
-        parts = self.operands(self.bare(cursor))
-        return bool(parts) and parts[1] == "=" and parts[0].type.is_volatile_qualified()
 
     # ---- inside an expression ----
 
@@ -294,12 +276,9 @@ class Reader:
 
     def shifted(self, by):
         start, end = self.span(by)
-        match = NUMBER.fullmatch(self.text[start:end])
-        for new in (1, -1):
-            if not match:
-                self.change("unit", (start, end, f"({self.text[start:end]} {new:+d})"))
-            elif int(match[1], 0) + new >= 0:
-                self.change("unit", (start, end, f"{int(match[1], 0) + new}{match[2]}"))
+        if self.text[start:end].strip("uU") != "0":
+            self.change("unit", (start, end, f"({self.text[start:end]} + 1)"))
+            self.change("unit", (start, end, f"({self.text[start:end]} - 1)"))
 
     def unary(self, cursor):
         start, end = self.span(cursor)
@@ -326,18 +305,16 @@ class Reader:
     def choice(self, cursor):
         """A limit by hand: a < b ? a : b."""
         test, one, two = cursor.get_children()
-        inside = self.bare(test)
-        limits = any(sign in self.part(inside) for sign in "<>") and (
-            self.part(one) in self.part(inside) or self.part(two) in self.part(inside))
+        inside = self.part(test)
+        limits = {*"<>"} & {*inside} and (self.part(one) in inside or self.part(two) in inside)
         for side in (one, two):
             self.change("lost bound" if limits else "lost condition", (*self.span(cursor), f"({self.part(side)})"))
 
     def index(self, cursor):
         start, end = self.span(list(cursor.get_children())[1])
-        if self.text[start:end] in ("0", "1", "2", "0u", "1u", "2u"):
-            for other in "012":
-                if other != self.text[start]:
-                    self.change("copy error", (start, start + 1, other))
+        if re.fullmatch("[012]u?", self.text[start:end]):
+            for other in {*"012"} - {self.text[start]}:
+                self.change("copy error", (start, start + 1, other))
         else:
             self.change("off by one", (start, end, f"{self.text[start:end]} + 1"))
 
@@ -350,9 +327,8 @@ class Reader:
         if cursor.kind == K.DECL_REF_EXPR and cursor.referenced is not None and cursor.referenced.kind == K.ENUM_CONSTANT_DECL:
             members = [one.spelling for one in cursor.referenced.semantic_parent.get_children()]
             at = members.index(name)
-            for n in (at - 1, at + 1):
-                if 0 <= n < len(members):
-                    self.change("enumerator", (start, end, members[n]))
+            for other in (*members[max(at - 1, 0):at], *members[at + 1:at + 2]):
+                self.change("enumerator", (start, end, other))
             return
         for kind, other in twins(name, self.known):
             self.change(kind, (start, end, other))

@@ -44,13 +44,12 @@ class Sources:
         return 0 if file.endswith(".h") and "\n{\n" not in text else len(lines)
 
     def valid(self, mutant, others=()):
-        """Whether it compiles, alone and beside the original, and stands clear of others."""
+        """Whether it compiles, beside the original where it may stand there, clear of others."""
         text = self.texts[mutant.file]
         if mutant.slot and any(one.slot[0] < mutant.slot[1] and mutant.slot[0] < one.slot[1] for one in others if one.slot):
             return False
         beside = "#define MUTANT(n) ((n) == 0)\n" if mutant.file.endswith((".c", ".h")) else ""
-        return not self._complaint(mutant.file, mutant.applied(text)) and (
-            not mutant.slot or not self._complaint(mutant.file, beside + with_all(text, [(1, mutant)])))
+        return not self._complaint(mutant.file, beside + with_all(text, [(1, mutant)]) if mutant.slot else mutant.applied(text))
 
     def draw(self, count, seed, takes=lambda file: True):
         """`count` mutants, the same ones for the same tree and seed; fewer if there are no more."""

@@ -10,43 +10,40 @@ from collections import defaultdict
 from dataclasses import replace
 
 from mutants import reach
-from mutants.ladder import Order, Server, affordable
-from mutants.tree import Tree, Trouble
+from mutants.ladder import Order, Server
+from mutants.tree import Tree
 
+HOST_PART = 0.3        # of BUDGET: what runs here takes less
 PORTION, PART = 4, 6  # a worker takes so many tests at a time on the tree as it is, or this part of those that are left
-LISTED = {"outcome": "survived", "by": "", "how": "listed", "rung": "", "rungs": [], "asked": [], "build_s": 0, "tests_s": 0}
 
 
 class Engine:
     """drawn: all of the draw, each with its number in the build; store: what is known; say: called with each line of it.
 
-    listed: identities of those that are known to change nothing: survivors, without a trial that takes all tests there are.
-    budget_s: CPU time of tests that a mutant may take of a stage.
+    budget_s: CPU time of tests that a mutant may take of the image's, HOST_PART of it of others; 0: all.
     """
 
-    def __init__(self, project, folder, drawn, rungs, store, say, cores, keep_going=False, listed=frozenset(), budget_s=0.0):
+    def __init__(self, project, folder, drawn, rungs, store, say, cores, budget_s=0.0):
         self.project, self.folder, self.rungs, self.store, self.say = project, folder, rungs, store, say
         self.numbers = {mutant.identity: number for number, mutant in enumerate(drawn, 1)}
-        self.drawn, self.cores, self.keep_going, self.listed, self.budget_s = drawn, cores, keep_going, listed, budget_s
+        self.drawn, self.cores, self.budget_s = drawn, cores, budget_s
         self.order, self.lock, self.failure = Order(), threading.Lock(), None
         self.tests, self.broken, self.judged, self.entries = {}, [], {}, {}
         self.whole, self.servers, self.trees = None, [], []
         for mutant in drawn:
-            entry = store.verdicts.known.get(mutant.identity)
-            if entry:
-                self.order.learn(mutant, entry["asked"], entry["by"])
+            if mutant.identity in store.verdicts.known:
+                self.order.learn(mutant, store.verdicts.known[mutant.identity])
 
     def run(self, wanted):
         """{identity: (mutant, entry)} of these."""
         names = [rung.name for rung in self.rungs]
         waiting = []
         for mutant in wanted:
-            known = LISTED if mutant.identity in self.listed else self.store.verdict(mutant, names)
+            known = self.store.verdict(mutant, names)
             if known:
-                self._done(mutant, known, "as listed" if known is LISTED else "as before")
+                self._done(mutant, known, "as before")
             else:
                 waiting.append(mutant)
-        self.total = len(wanted)
         try:
             host, image = ([rung for rung in self.rungs if bool(rung.product) == what] for what in (False, True))
             waiting = self._stage(waiting, host, self._beside, final=not image)
@@ -84,7 +81,7 @@ class Engine:
                 with self.lock:
                     entry["rungs"] = sorted({*entry["rungs"], *self.store.asked(mutant)})
                     self.store.put(mutant, entry)
-                    self.order.learn(mutant, entry["asked"], entry["by"])
+                    self.order.learn(mutant, entry)
                     if final or entry["outcome"] != "survived":
                         self._done(mutant, entry, f"{entry['build_s'] + entry['tests_s']:.1f} s")
 
@@ -159,23 +156,21 @@ class Engine:
         self._take(rungs)
 
     def _portion(self, server, portion):
-        server.clear()
         results = server.play(portion, to_the_end=True)
-        bits = server.bits(portion)
-        if 0 < len(results) < len(portion):  # the last of them has ended all
-            self._portion(server, portion[len(results):])
-        for test, one in itertools.zip_longest(portion[:max(1, len(results))], results):
-            executes = reach.Functions(server.tree.root / test.product).executed(bits[test.name]) if test.name in bits else ()
+        for number, (test, one) in enumerate(itertools.zip_longest(portion[:max(1, len(results))], results)):
+            bits, executes = server.bits(number), ()
+            if bits and test.product:
+                executes = reach.Functions(server.tree.root / test.product).executed(bits)
             with self.lock:
-                if not one or one.what != "passed":
-                    if not self.keep_going:
-                        raise Trouble(f"the tree as it is does not pass {test.name}; mend that first, or KEEP_GOING=1")
+                if one and one["what"] == "passed":
+                    self.store.tests.put(test.name, {
+                        "key": self.store.test_key(test), "cpu_s": max(one["cpu_s"] - one["shared_s"], 0.01),
+                        "executes": sorted(executes), **{key: one[key] for key in ("shared_s", "met", "shared")}})
+                else:
                     self.broken.append(test.name)
                     self.say(f"left out: {test.name} fails without any mutant")
-                    continue
-                self.store.tests.put(test.name, {
-                    "key": self.store.test_key(test), "cpu_s": max(one.cpu_s - one.shared_s, 0.01), "shared_s": one.shared_s,
-                    "met": one.met, "shared": one.shared, "executes": sorted(executes)})
+        if 0 < len(results) < len(portion):  # the last of them has ended all
+            self._portion(server, portion[len(results):])
 
     def _take(self, rungs):
         """What is known of each test; fixtures and images that a file's tests share count for all of them."""
@@ -197,19 +192,20 @@ class Engine:
     def _beside(self, rungs, server, mutant):
         number = self.numbers[mutant.identity]
         tests = [test for test in self.tests.values() if number in test.met and test.rung in rungs]
-        entry = self._played(rungs, server, mutant, tests, number)
-        return self._entry(rungs, "same code") if not entry["by"] and same_assembly(self.project, mutant) else entry
+        if same_assembly(self.project, mutant):
+            return self._entry(rungs, "same code")
+        return self._played(rungs, server, mutant, tests, number)
 
     def _played(self, rungs, server, mutant, tests, number=0, begun=None):
         built = time.monotonic()
-        asked = affordable(self.order.sorted(mutant, tests), self.budget_s)
+        asked = self.order.sorted(mutant, tests, self.budget_s * (1 if rungs[0].product else HOST_PART))
         results = server.play(asked, number) if asked else []
-        by = next((one for one in results if one.what != "passed"), None)
-        how = by.what if by else "no test comes by it" if not tests else (
+        by = next((one for one in results if one["what"] != "passed"), None)
+        how = by["what"] if by else "no test comes by it" if not tests else (
             f"passed, and {len(tests) - len(asked)} tests were not asked" if len(tests) > len(asked) else "passed")
-        rung = next((rung.name for rung in rungs if by and rung.has(by.name)), "")
-        return self._entry(rungs, "noticed" if by else "survived", by.name if by else "", how, rung, [r.name for r in results],
-                           built - (begun or built), time.monotonic() - built)
+        rung = next((rung.name for rung in rungs if by and rung.has(by["name"])), "")
+        return self._entry(rungs, "noticed" if by else "survived", by["name"] if by else "", how, rung,
+                           [one["name"] for one in results], built - (begun or built), time.monotonic() - built)
 
     @staticmethod
     def _entry(rungs, outcome, by="", how="", rung="", asked=(), build_s=0.0, tests_s=0.0):

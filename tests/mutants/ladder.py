@@ -6,13 +6,14 @@ import shutil
 import socket
 import sys
 import tomllib
-from collections import Counter, defaultdict
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 from mutants.tree import Trouble, last_lines
 
 CPU_TIMES, CPU_MORE_S = 4, 5.0  # a test may take this much of what it took, and this much more
+ALIKE = 0.6  # of its worth a test has, for each case of the same function that is asked before it
 NEAR, FAR = 0.3, 0.03      # how likely a test is to notice before anything is known: of a file of its name, of any other
 PLUGINS = str(Path(__file__).resolve().parents[1])
 
@@ -28,17 +29,6 @@ class Rung:
     def has(self, name):
         return any(name.split("::")[0] == place or name.startswith(place.rstrip("/") + "/") for place in self.tests) and (
             not self.only or re.search(self.only, name)) and not (self.without and re.search(self.without, name))
-
-
-@dataclass(frozen=True)
-class Played:
-    """One that has run."""
-    name: str
-    what: str             # "passed", or why not
-    cpu_s: float = 0.0    # all of it
-    shared_s: float = 0.0
-    met: tuple = ()
-    shared: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -80,100 +70,83 @@ class Server:
         self.folder = tree.folder / f"serve_{rungs[0].name}_{name}"
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir()
-        place = Path("/tmp") / f"mutants.{self.folder.stat().st_ino}"  # a socket's path is short
-        place.unlink(missing_ok=True)
-        with socket.socket(socket.AF_UNIX) as door:
-            door.bind(str(place))
-            door.listen(1)
-            door.settimeout(1.0)
-            files = [name for rung in rungs for name in rung.tests if (tree.root / name).exists()]
-            command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve", "--rootdir=.",
-                       "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", "--most", *files]
-            self.said = self.folder / "pytest.txt"
-            with open(self.said, "w") as said:
-                self.process = tree.start(command if (tree.root / "tests/conftest.py").exists() else
-                                          [word for word in command if word != "--most"],
-                                          {"MUTANTS_SOCKET": str(place), "PYTHONPATH": PLUGINS}, core, stdout=said, stderr=said)
-            self.stream = self._accepted(door).makefile("rw", encoding="utf-8")
-            place.unlink()
-        answer = json.loads(self.stream.readline())
+        files = [name for rung in rungs for name in rung.tests if (tree.root / name).exists()]
+        ours, theirs = socket.socketpair()
+        self.said = self.folder / "pytest.txt"
+        with open(self.said, "w") as said, theirs:
+            tree.start([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve", "-m", "not long",
+                        "--rootdir=.", "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", *files],
+                       {"MUTANTS_LINK": str(theirs.fileno()), "PYTHONPATH": PLUGINS}, core, stdout=said, stderr=said,
+                       pass_fds=[theirs.fileno()])
+        self.stream = ours.makefile("rw", encoding="utf-8")
+        answer = json.loads(self.stream.readline() or '{"tests": [], "broken": 1}')
         self.tests = [Test(name, rung) for name in answer["tests"]
                       if (rung := next((rung for rung in rungs if rung.has(name)), None))]
         if answer["broken"] or not self.tests:
             raise Trouble(f"rungs {', '.join(rung.name for rung in rungs)}: no tests\n{last_lines(self.said.read_text())}")
 
-    def _accepted(self, door):
-        while True:
-            try:
-                return door.accept()[0]
-            except TimeoutError:
-                if self.process.poll() is not None:
-                    raise Trouble(f"pytest ended before any test:\n{last_lines(self.said.read_text())}") from None
-
     def play(self, tests, number=0, to_the_end=False):
-        """Played ones in order, up to the first that did not pass unless to_the_end; number: of the mutant that counts."""
+        """[{name, what: "passed" or why not, cpu_s, ...}] in order, up to the first that did not pass unless to_the_end.
+
+        number   of the mutant that counts
+        """
         log = self.folder / "log.jsonl"
-        log.write_text("")
+        for file in (log, *self.folder.glob("*.bits")):
+            file.unlink(missing_ok=True)
         limits = [[t.name, CPU_TIMES * t.most_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]
         print(json.dumps({"tests": limits, "now": number, "log": str(log), "to_the_end": to_the_end, "met": to_the_end}),
               file=self.stream, flush=True)
         line = self.stream.readline()
         if not line:
             raise Trouble(f"pytest has ended:\n{last_lines(self.said.read_text())}")
-        results, begun = [], None
-        for entry in map(json.loads, log.read_text().splitlines()):
-            begun = entry.get("start")
-            if begun is None:
-                results.append(Played(entry["end"], "failed" if entry["failed"] else "passed", entry["cpu_s"],
-                                      entry["shared_s"], tuple(entry["met"]), tuple(entry["shared"])))
-        if begun:
-            results.append(Played(begun, f"did not end ({json.loads(line)['status']})"))
+        played = [json.loads(line) for line in log.read_text().splitlines()]
+        results = [{**one, "what": "failed" if one["failed"] else "passed"} for one in played if "failed" in one]
+        if played and "failed" not in played[-1]:
+            results.append({**played[-1], "what": f"did not end ({json.loads(line)['status']})"})
         return results
 
-    def bits(self, tests):
-        """{test: what the twin executed} of those that were played last."""
-        return {test.name: file.read_bytes() for n, test in enumerate(tests) if (file := self.folder / f"{n}.bits").exists()}
-
-    def clear(self):
-        for file in self.folder.glob("*.bits"):
-            file.unlink()
+    def bits(self, number):
+        """What the n-th of those that were played last has executed at the twin; None: nothing."""
+        file = self.folder / f"{number}.bits"
+        return file.read_bytes() if file.exists() else None
 
 
 class Order:
     """Which test to ask first: the one that, as far as is known, notices most a second."""
 
     def __init__(self):
-        self.asked, self.noticed = defaultdict(Counter), defaultdict(Counter)
+        self.asked, self.noticed = Counter(), Counter()
 
-    def learn(self, mutant, asked, noticed_by):
-        for scope in self._scopes(mutant):
-            self.asked[scope].update(asked)
-            if noticed_by:
-                self.noticed[scope][noticed_by] += 1
+    def learn(self, mutant, entry):
+        for scope, _ in _scopes(mutant):
+            self.asked.update((scope, name) for name in entry["asked"])
+            self.noticed[scope, entry["by"]] += 1
 
-    @staticmethod
-    def _scopes(mutant):
-        return (f"{mutant.file}|{mutant.function}", mutant.file, str(Path(mutant.file).parent), "")
-
-    def sorted(self, mutant, tests):
-        return sorted(tests, key=lambda test: (-self._worth(mutant, test), test.name))
+    def sorted(self, mutant, tests, budget_s=0.0):
+        """As many as take no more CPU time than this; all without a budget."""
+        asked, files, left, alike = [], set(), budget_s, Counter()
+        worth = {}
+        for test in sorted(tests, key=lambda test: (-self._worth(mutant, test), test.name)):
+            function = test.name.split("[")[0]
+            worth[test] = self._worth(mutant, test) * ALIKE ** alike[function]
+            alike[function] += 1
+        for test in sorted(worth, key=worth.get, reverse=True):
+            left -= test.cpu_s if test.file in files else test.most_s
+            if budget_s and left < 0:
+                break
+            files.add(test.file)
+            asked.append(test)
+        return asked
 
     def _worth(self, mutant, test):
-        """The fewer come by this mutant and the fewer others this test comes by, the more likely it notices."""
-        near = Path(mutant.file).stem in test.name
-        noticed, asked = NEAR if near else FAR + NEAR / (1 + len(test.met)), 1.0
-        for scope, weight in zip(self._scopes(mutant), (4.0, 2.0, 0.5, 0.2)):
-            noticed += weight * self.noticed[scope][test.name]
-            asked += weight * self.asked[scope][test.name]
+        """Before anything is known: one whose name has the file's, and one that comes by few others."""
+        noticed, asked = NEAR if Path(mutant.file).stem in test.name else FAR + NEAR / (1 + len(test.met)), 1.0
+        for scope, weight in _scopes(mutant):
+            noticed += weight * self.noticed[scope, test.name]
+            asked += weight * self.asked[scope, test.name]
         return noticed / asked / (test.most_s + 0.05)
 
 
-def affordable(tests, budget_s):
-    """The first of them that take no more CPU time than this; all without a budget."""
-    left, files = budget_s, set()
-    for n, test in enumerate(tests):
-        left -= test.cpu_s if test.file in files else test.most_s
-        files.add(test.file)
-        if budget_s and left < 0:
-            return tests[:n]
-    return tests
+def _scopes(mutant):
+    """Of which mutants something is known, and how much that says of this one."""
+    return (f"{mutant.file}|{mutant.function}", 4.0), (mutant.file, 2.0), (str(Path(mutant.file).parent), 0.5), ("", 0.2)

@@ -6,7 +6,7 @@ mutants: tools-test $(addprefix $(BUILD)/,eds/1/data_sheet_text.h fabric/contrac
 	$(says)
 	@$(PYTHON) tests/mutants/run.py $(if $(N),--count $(N)) $(if $(filter-out file default,$(origin SEED)),--seed $(SEED)) \
 	    $(if $(FILES),--files '$(FILES)') $(if $(JOBS),--jobs $(JOBS)) \
-	    $(if $(RUNGS),--rungs '$(RUNGS)') $(if $(KEEP_GOING),--keep-going) $(if $(LISTED),--listed) \
+	    $(if $(RUNGS),--rungs '$(RUNGS)') \
 	    $(if $(BUDGET),--budget $(BUDGET)) $(if $(REMEMBER),--remember) $(if $(PART),--part $(PART))
 
 .PHONY: mutants

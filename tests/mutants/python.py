@@ -11,7 +11,8 @@ TURNED = {ast.Lt: ">", ast.LtE: ">=", ast.Gt: "<", ast.GtE: "<=", ast.Eq: "!=", 
           ast.NotIn: "in", ast.Is: "is not", ast.IsNot: "is"}
 SIGNS = {ast.Add: "-", ast.Sub: "+"}
 BOUNDS = {"min", "max", "abs", "clip", "minimum", "maximum"}
-CLEARS = (ast.Constant, ast.List, ast.Dict, ast.Tuple)
+ATOMS = (ast.Name, ast.Attribute, ast.Call, ast.Constant, ast.Subscript)
+OTHERS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.JoinedStr, ast.Match)  # with a turn of its own, or a text
 SMALL = 16
 
 
@@ -29,10 +30,9 @@ def mutants(file, text):
 
 class Reader:
     def __init__(self, text):
-        self.text, self.lines = text, [0]
-        for line in text.encode().split(b"\n"):
+        self.text, self.bytes, self.lines = text, text.encode(), [0]
+        for line in self.bytes.split(b"\n"):
             self.lines.append(self.lines[-1] + len(line) + 1)
-        self.bytes = text.encode()
         self.known = set(re.findall(r"[A-Za-z_]\w*", text))
         self.found, self.function = [], ""
 
@@ -46,59 +46,68 @@ class Reader:
     def all(self):
         """Of functions alone: what stands outside them has been executed before a mutant is chosen."""
         for node in ast.walk(ast.parse(self.text)):
-            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            if isinstance(node, OTHERS[:2]):
                 self.function = node.name
                 for statement in node.body:
                     self.inside(statement)
         return self.found
 
     def inside(self, node):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.JoinedStr, ast.Match)):
-            return  # a function inside has its own turn
-        name = type(node).__name__
-        if isinstance(node, ast.stmt):
-            self.statement(node)
-        elif hasattr(self, f"of_{name}") and not isinstance(getattr(node, "ctx", None), (ast.Store, ast.Del)):
-            getattr(self, f"of_{name}")(node)
+        if isinstance(node, OTHERS):
+            return
+        rule = getattr(self, f"of_{type(node).__name__}", None)
+        if rule and not isinstance(getattr(node, "ctx", None), (ast.Store, ast.Del)):
+            rule(node)
         for child in ast.iter_child_nodes(node):
             self.inside(child)
 
     def change(self, kind, node, *edits, form="expression"):
         self.found.append((self.function, kind, tuple(sorted(edits)), (*self.span(node), form)))
 
-    def instead(self, kind, node, new):
-        self.change(kind, node, (*self.span(node), new))
+    def instead(self, kind, node, new, form="expression"):
+        self.change(kind, node, (*self.span(node), new), form=form)
 
-    def statement(self, node):
+    def dropped(self, kind, node):
         start, _ = self.span(node)
-        alone = not self.text[self.text.rfind("\n", 0, start) + 1:start].strip()
-        if isinstance(node, (ast.If, ast.While)):
-            for new in ("False", "True") if isinstance(node, ast.If) else ("False",):
-                self.instead("lost condition", node.test, new)
-        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and alone:
-            self.change("lost call", node, (*self.span(node), "pass"), form="statement")
-        elif isinstance(node, ast.AugAssign) and alone:
-            self.change("forgotten clear", node, (*self.span(node), "pass"), form="statement")
-        elif isinstance(node, ast.Assign) and alone and not isinstance(node.targets[0], ast.Name):
-            self.change("forgotten clear", node, (*self.span(node), "pass"), form="statement")
+        if not self.text[self.text.rfind("\n", 0, start) + 1:start].strip():
+            self.instead(kind, node, "pass", "statement")
+
+    # ---- statements ----
+
+    def of_If(self, node):
+        for new in ("False", "True"):
+            self.instead("lost condition", node.test, new)
+
+    def of_While(self, node):
+        self.instead("lost condition", node.test, "False")
+
+    def of_Expr(self, node):
+        if isinstance(node.value, ast.Call):
+            self.dropped("lost call", node)
+
+    def of_AugAssign(self, node):
+        self.dropped("forgotten clear", node)
+
+    def of_Assign(self, node):
+        if not isinstance(node.targets[0], (ast.Name, ast.Tuple)):
+            self.dropped("forgotten clear", node)
 
     # ---- expressions ----
 
     def of_Compare(self, node):
-        left, right, sign = node.left, node.comparators[0], type(node.ops[0])
-        start, end = self.span(left)[1], self.span(right)[0]
-        between = self.text[start:end]
-        if between.strip() == between.strip("( )\n") and len(node.ops) == 1:
-            for table in (LOOSER, TURNED):
-                if sign in table:
-                    self.change("comparison", node, (start, end, f" {table[sign]} "))
+        (first, _), (_, last) = self.span(node.left), self.span(node.comparators[0])
+        start, end = self.span(node.left)[1], self.span(node.comparators[0])[0]
         if len(node.ops) == 2:
-            self.instead("half a check", node, self.text[self.span(left)[0]:self.span(right)[1]])
-            self.instead("half a check", node, self.text[self.span(right)[0]:self.span(node)[1]])
+            self.instead("half a check", node, self.text[first:last])
+            self.instead("half a check", node, self.text[end:self.span(node)[1]])
+        elif not set("()") & set(self.text[start:end]):
+            for table in (LOOSER, TURNED):
+                if type(node.ops[0]) in table:
+                    self.change("comparison", node, (start, end, f" {table[type(node.ops[0])]} "))
 
     def of_BoolOp(self, node):
+        word = " and " if isinstance(node.op, ast.And) else " or "
         for left_out in node.values:
-            word = " and " if isinstance(node.op, ast.And) else " or "
             self.instead("lost condition", node, word.join(self.part(one) for one in node.values if one is not left_out))
 
     def of_IfExp(self, node):
@@ -106,8 +115,7 @@ class Reader:
             self.instead("lost condition", node, self.part(side))
 
     def of_BinOp(self, node):
-        start, end = self.span(node.left)[1], self.span(node.right)[0]
-        sign = type(node.op)
+        start, end, sign = self.span(node.left)[1], self.span(node.right)[0], type(node.op)
         if sign in SIGNS and self.text[start:end].strip() in "+-":
             self.change("sign", node, (start, end, f" {SIGNS[sign]} "))
             if self.part(node.right) == "1":
@@ -121,29 +129,28 @@ class Reader:
 
     def of_Call(self, node):
         name = getattr(node.func, "id", getattr(node.func, "attr", ""))
-        if name in BOUNDS and node.args and not any(isinstance(one, ast.Starred) for one in node.args):
-            for one in node.args[:2] if len(node.args) == 2 else [one for one in node.args[:1] if name in ("abs", "clip")]:
-                alone = isinstance(one, (ast.Name, ast.Attribute, ast.Call, ast.Constant, ast.Subscript))
-                self.instead("lost bound", node, self.part(one) if alone else f"({self.part(one)})")
+        if name in BOUNDS and not any(isinstance(one, ast.Starred) for one in node.args):
+            for one in node.args if len(node.args) == 2 else node.args[:1] if name in ("abs", "clip") else ():
+                self.instead("lost bound", node, self.part(one) if isinstance(one, ATOMS) else f"({self.part(one)})")
         for one, two in zip(node.args, node.args[1:]):
             if type(one) is type(two) and not isinstance(one, ast.Constant) and self.part(one) != self.part(two):
                 self.change("copy error", node, (*self.span(one), self.part(two)), (*self.span(two), self.part(one)))
 
     def of_Constant(self, node):
         value = node.value
-        if value is True or value is False:
+        if isinstance(value, bool):
             self.instead("enumerator", node, str(not value))
+        elif isinstance(value, int) and abs(value) <= SMALL:
+            self.instead("off by one", node, str(value + 1))
         elif isinstance(value, int):
-            self.instead("off by one", node, str(value + 1)) if abs(value) <= SMALL else self.instead(
-                "unit", node, str(value // 1000 if value % 1000 == 0 else value * 2))
+            self.instead("unit", node, str(value // 1000 if value % 1000 == 0 else value * 2))
         elif isinstance(value, float):
             self.instead("unit", node, repr(value * (1000 if "e" in self.part(node) else 2)))
 
-    def of_Name(self, node):
-        for kind, other in twins(node.id, self.known):
-            self.instead(kind, node, other)
+    def of_Name(self, node, name=None):
+        end, name = self.span(node)[1], name or node.id
+        for kind, other in twins(name, self.known):
+            self.change(kind, node, (end - len(name), end, other))
 
     def of_Attribute(self, node):
-        end = self.span(node)[1]
-        for kind, other in twins(node.attr, self.known):
-            self.change(kind, node, (end - len(node.attr), end, other))
+        self.of_Name(node, node.attr)

@@ -41,13 +41,9 @@ def options(argv):
             ("rungs", str, "", "names of the only rungs to ask, e.g. 'unit target'"),
             ("part", str, "1/1", "which of how many parts to judge now, e.g. 2/4; the table has all so far"),
             ("jobs", int, len(cores), "workers"),
-            ("budget", float, 100.0, "CPU seconds of tests that a mutant may take here and in the image, then it counts as not"
-                                     " noticed; 0: all tests")):
+            ("budget", float, 100.0, "CPU seconds of the image's tests that a mutant may take, 30 %% of it of others; 0: all")):
         parser.add_argument(f"--{name}", type=kind, default=usual, help=f"{what} (default: {usual})")
-    for name, what in (("remember", "write table and survivors into docs/mutants.md"), ("list", "only print the mutants"),
-                       ("keep-going", "leave out tests that fail without any mutant; the run fails"),
-                       ("listed", "try those that change nothing by survivors.toml, too")):
-        parser.add_argument(f"--{name}", action="store_true", help=what)
+    parser.add_argument("--remember", action="store_true", help="write table and survivors into docs/mutants.md")
     chosen = parser.parse_args(argv)
     part = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", chosen.part)
     if chosen.count < 1 or chosen.jobs < 1 or chosen.budget < 0 or not part or int(part[1]) > int(part[2]):
@@ -83,13 +79,8 @@ def play(chosen):
     drawn = sources.draw(chosen.count, chosen.seed, lambda name: any(fnmatch.fnmatch(name, g) for g in chosen.files.split()))
     if not drawn:
         raise Trouble(f"FILES='{chosen.files}' names no file with anything to break")
-    if chosen.list:
-        print(*(f"{one.file}:{one.line} {one.kind}: {one.original}  ->  {one.replacement}" for one in drawn), sep="\n")
-        return 0
     known, store = load_survivors(HERE / "survivors.toml"), Store(folder, ROOT, drawn)
-    listed = frozenset(identity for identity, row in known.items() if row.get("equivalent") and not chosen.listed)
-    engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.cores, chosen.keep_going,
-                    listed, chosen.budget)
+    engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.cores, chosen.budget)
     judged = engine.run([one for n, one in enumerate(drawn) if n % chosen.part[1] == chosen.part[0] or
                          store.verdict(one, [rung.name for rung in rungs])])
     write_json(folder / "result.json", judged, known, chosen.seed)

@@ -2,10 +2,10 @@
 """A plugin for pytest: collects everything once and waits; for each request a process that has all of it already is forked,
 plays some tests in the order it is told, and writes down how each began and ended.
 
-MUTANTS_SOCKET  where requests come from, one JSON object a line: {"tests": [[test, seconds of CPU it may take], ...],
+MUTANTS_LINK    a socket that requests come from, one JSON object a line: {"tests": [[test, seconds of CPU it may take], ...],
                 "now": number of the mutant, "log": path, "to_the_end": bool, "met": bool}
-The log is one JSON object a line: {"start": test}, {"end": test, "failed": bool, "cpu_s": seconds, "shared_s": those of them
-that fixtures took which other tests use, too, "met": numbers of mutants that it came by, "shared": that these fixtures did}.
+The log is one JSON object a line: {"name": test} before, {"name": test, "failed": bool, "cpu_s": seconds, "shared_s": those of
+them that fixtures took which others use, too, "met": numbers of mutants that it came by, "shared": that these fixtures did}.
 With "met", TWIN_REACH is a file beside the log, NUMBER.bits, for what the n-th test executed at the twin.
 
 A test that does not end is stopped by its CPU time, or when for WALL_S nothing has ended it.
@@ -30,19 +30,17 @@ MOST = 8192
 _now = None  # the Child of this process
 
 
-def _used_s(who):
-    usage = resource.getrusage(who)
-    return usage.ru_utime + usage.ru_stime
+def _used_s(*whose):
+    return sum(usage.ru_utime + usage.ru_stime for usage in map(resource.getrusage, whose))
 
 
 def _used_in_all_s():
-    return _used_s(resource.RUSAGE_SELF) + _used_s(resource.RUSAGE_CHILDREN)
+    return _used_s(resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session):
-    with socket.socket(socket.AF_UNIX) as link:
-        link.connect(os.environ["MUTANTS_SOCKET"])
+    with socket.socket(fileno=int(os.environ["MUTANTS_LINK"])) as link:
         stream = link.makefile("rw", encoding="utf-8")
         items = {item.nodeid: item for item in session.items}
         if not session.testsfailed:
@@ -133,12 +131,12 @@ class Child:
             if self.met:
                 os.environ["TWIN_REACH"] = str(Path(self.log).with_name(f"{number}.bits"))
             self.own, self.shared, self.shared_s = set(), set(), 0.0
-            self.say(start=item.nodeid)
+            self.say(name=item.nodeid)
             before = _used_in_all_s()
             failed = any(report.failed for report in runtestprotocol(item, log=False, nextitem=after[0]))
             self.own |= self.take()
             used_s = round(_used_in_all_s() - before, 3)
-            self.say(end=item.nodeid, failed=failed, cpu_s=used_s, shared_s=round(self.shared_s, 3),
+            self.say(name=item.nodeid, failed=failed, cpu_s=used_s, shared_s=round(self.shared_s, 3),
                      met=sorted(self.own), shared=sorted(self.shared))
             if failed and not self.to_the_end:
                 return

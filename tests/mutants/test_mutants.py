@@ -64,7 +64,7 @@ C_EXPECTED = {
     "copy error": ["int sum = -x->i_q_ref + *p * 300;", "x->ring[1] = sum;", "sum = f(count, sum);",
                    "sum = q15_clamp(x->i_d_ref, sum, 9);"],
     "unit": ["int sum = -x->i_d_ref + *p * 150;", "int sum = -x->i_d_ref + *p;", "if (sum < -7 || sum > (PAUSE_MS * 1000)) {",
-             "return 4 << 2;"],
+             "return 4 << (3 - 1);"],
     "off by one": ["for (int i = 0; i <= 9; i++) {", "for (int i = 1; i < 9; i++) {", "x->count = count;"],
     "race": ["const uint32_t mask = 0u;", "cpu_irq_restore(mask); => ;", "x->count = x->count + 1;"],
     "lost bound": ["sum = (sum);"],
@@ -342,21 +342,15 @@ def test_a_mutant_of_the_same_code_does_not_count(small):
     assert not list(complaints(judged, {}, sources))
 
 
-@pytest.mark.parametrize("text, complaint", [
-    (TEST.format(product="build/host.so", condition="library.seen(5) == 11"), "does not pass tests/test_seen.py::test_it"),
-    ("import nothing_of_this_name\n", "no tests")])
-def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small, text, complaint):
-    (small[0] / "tests" / "test_seen.py").write_text(text)
-    with pytest.raises(Trouble, match=complaint):
-        judge(*small, {"sum -= n;"})
-
-
-def test_what_fails_without_a_mutant_can_be_left_out_and_is_named(small):
+def test_a_test_that_fails_without_a_mutant_is_left_out_and_named_and_without_any_there_is_no_verdict(small):
     root, work = small
     (root / "tests" / "test_more.py").write_text(TEST.format(product="build/host.so", condition="library.seen(5) == 11"))
-    outcomes, heard, *_ = judge(root, work, {"sum -= n;"}, keep_going=True)
+    outcomes, heard, *_ = judge(root, work, {"sum -= n;"})
     assert outcomes == {"sum -= n;": "noticed"}
     assert "left out: tests/test_more.py::test_it fails without any mutant" in heard
+    (root / "tests" / "test_seen.py").write_text("import nothing_of_this_name\n")
+    with pytest.raises(Trouble, match="rungs unit: no tests"):
+        judge(root, work, {"sum -= n;"})
 
 
 def test_a_survivor_says_what_it_would_do_or_why_nothing(small, tmp_path):
@@ -368,9 +362,7 @@ def test_a_survivor_says_what_it_would_do_or_why_nothing(small, tmp_path):
     known = load_survivors(tmp_path / "s.toml")
     found = list(complaints(judged, known, sources))
     assert len(found) == 2 and "0 % of 1 noticed" in found[0] and "no such mutant any more" in found[1]
-    listed = frozenset(name for name, row in known.items() if "equivalent" in row)
-    outcomes, heard, judged, _ = judge(small[0], small[1] / "listed", {"return level - 12345;"}, listed=listed)
-    assert sum("as listed" in line for line in heard) == 1
+    _, _, judged, _ = judge(*small, {"return level - 12345;"})
     noticed = [one for one, entry in judged.values() if entry["outcome"] == "noticed"]
     assert len(noticed) == 1 and any("is noticed by" in line for line in complaints(judged, known, sources))
     (tmp_path / "e.toml").write_text('[[mutant]]\nfile = "a"\nfunction = "f"\noriginal = "x"\nreplacement = "y"\nuser = ""\n')
@@ -379,12 +371,12 @@ def test_a_survivor_says_what_it_would_do_or_why_nothing(small, tmp_path):
 
 
 def test_tests_are_asked_by_what_they_share_cost_and_have_noticed(small):
-    one, two = (ladder.Test(f"a.py::{name}", Rung("unit", ()), 1.0, shared_s=5.0) for name in ("one", "two"))
-    other = ladder.Test("b.py::three", Rung("unit", ()), 1.0, shared_s=5.0)
-    assert ladder.affordable([one, two, other], 12.9) == [one, two] and ladder.affordable([one, two], 6.9) == [one]
     (root, work), order = small, ladder.Order()
+    one, two, other = (ladder.Test(f"{name}", Rung("unit", ()), 1.0, 5.0) for name in ("a.py::one", "a.py::two", "b.py::three"))
     mutant = Sources(root, rooms=("firmware",)).mutants("firmware/level.c")[0]
-    order.learn(mutant, ["a.py::one", "b.py::three"], "b.py::three")
+    for budget_s, asked in ((6.9, [one]), (12.9, [one, two]), (13.0, [one, two, other]), (0.0, [one, two, other])):
+        assert order.sorted(mutant, [one, two, other], budget_s) == asked
+    order.learn(mutant, {"asked": ["a.py::one", "b.py::three"], "by": "b.py::three"})
     assert order.sorted(mutant, [one, two, other])[0] == other
     _, _, judged, _ = judge(root, work, {"return level - 12345;"}, budget_s=1e-6)
     assert all(entry["outcome"] == "survived" for _, entry in judged.values())

@@ -19,17 +19,17 @@ FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLA
 BUILT = tuple(f"{name}/" for name in ("arm", "bringup", "eds", "fabric", "host", "qemu", "tests/target", "tests/unit"))
 # No warning gives a mutant away. Programs of this machine are compiled with the selector; the controller's, from the same
 # sources, never have a mutant that is chosen at run time.
-WRAPPERS = {"cc": """\
+SELECTING, ALONE = """\
 #!/bin/sh
 linked=yes
 for word; do
     case $word in -c | -E | -S | -M | -MM | --version | -v | -print* | -dump*) linked= ;; esac
 done
 exec {compiler} -include {here}/selector.h "$@" ${{linked:+{folder}/selector.o}} -Wno-error
-""", "cc-arm": """\
+""", """\
 #!/bin/sh
 exec {compiler} '-DMUTANT(n)=0' "$@" -Wno-error
-"""}
+"""
 
 
 @dataclass(frozen=True)
@@ -102,18 +102,20 @@ class Tree:
         self.project, self.root, self.cpu = project, folder / "tree", cpu
         self.folder, self.snapshot = folder, folder / "as_it_was"
         self.times, self.objects, self.products, self.running = None, {}, {}, set()
-        folder.mkdir(parents=True, exist_ok=True)
-        compilers = {"cc": os.environ.get("HOSTCC") or "cc", "cc-arm": project.compiler}
-        for name, text in WRAPPERS.items():
-            (folder / name).write_text(text.format(compiler=compilers[name], here=HERE, folder=folder))
-            (folder / name).chmod(0o755)
-        subprocess.run([compilers["cc"], "-O2", "-fPIC", "-c", HERE / "selector.c", "-o", folder / "selector.o"], check=True)
+        (folder / "bin").mkdir(parents=True, exist_ok=True)
+        host = os.environ.get("HOSTCC") or "cc"
+        for name, compiler, text in (("cc", host, SELECTING), ("gcc", host, SELECTING), ("cc-arm", project.compiler, ALONE),
+                                     ("arm-none-eabi-gcc", project.compiler, ALONE)):
+            (folder / "bin" / name).write_text(text.format(compiler=shutil.which(compiler), here=HERE, folder=folder))
+            (folder / "bin" / name).chmod(0o755)
+        subprocess.run([host, "-O2", "-fPIC", "-c", HERE / "selector.c", "-o", folder / "selector.o"], check=True)
 
     def environment(self):
         """Without the user's choices."""
         kept = {key: value for key, value in os.environ.items() if key not in FOREIGN and not key.startswith("PYTEST_")}
-        return {**kept, "BUILD": "build", "HOSTCC": str(self.folder / "cc"), "NO_INSTALL": "1", "PYTHONDONTWRITEBYTECODE": "1",
-                "MAKEFLAGS": f"CC_ARM={self.folder / 'cc-arm'}"}
+        wrappers = self.folder / "bin"
+        return {**kept, "BUILD": "build", "HOSTCC": str(wrappers / "cc"), "NO_INSTALL": "1", "PYTHONDONTWRITEBYTECODE": "1",
+                "MAKEFLAGS": f"CC_ARM={wrappers / 'cc-arm'}", "PATH": f"{wrappers}:{os.environ['PATH']}"}
 
     def start(self, command, extra=None, core=None, **more):
         """A process of this tree, on this core alone if one is given."""
