@@ -7,6 +7,7 @@ import subprocess
 import threading
 import time
 from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 
 from mutants import reach
@@ -27,9 +28,9 @@ class Engine:
         self.project, self.folder, self.rungs, self.store, self.say = project, folder, rungs, store, say
         self.numbers = {mutant.identity: number for number, mutant in enumerate(drawn, 1)}
         self.drawn, self.cores, self.budget_s = drawn, cores, budget_s
-        self.order, self.lock, self.failure = Order(), threading.Lock(), None
-        self.tests, self.broken, self.judged, self.entries = {}, [], {}, {}
-        self.whole, self.servers, self.trees = None, [], []
+        self.order, self.lock, self.ended = Order(), threading.Lock(), False
+        self.tests, self.broken, self.judged = {}, [], {}
+        self.whole, self.servers, self.trees = None, {}, []
         for mutant in drawn:
             if mutant.identity in store.verdicts.known:
                 self.order.learn(mutant, store.verdicts.known[mutant.identity])
@@ -72,7 +73,7 @@ class Engine:
     def _each(self, queue, judge, makers, final):
         """Judges all of them, a thread for each worker."""
         def judged(worker):
-            while True:
+            while not self.ended:
                 with self.lock:
                     if not queue:
                         return
@@ -89,22 +90,15 @@ class Engine:
 
     def _threads(self, makers, work):
         """One for each worker, which its maker makes there."""
-        def all_of(maker):
+        with ThreadPoolExecutor(len(makers)) as pool:
             try:
-                work(maker())
-            except BaseException as error:  # of a thread: the main one ends the run with it
-                self.failure = self.failure or error
-
-        threads = [threading.Thread(target=all_of, args=(maker,), daemon=True) for maker in makers]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            while thread.is_alive():
-                thread.join(0.2)
-                if self.failure:
-                    raise self.failure
-        if self.failure:
-            raise self.failure
+                for done in as_completed([pool.submit(lambda maker=maker: work(maker())) for maker in makers]):
+                    done.result()
+            except BaseException:  # of the first thread that fails, or of a person who ends it
+                self.ended = True
+                for tree in self.trees:
+                    tree.stop()
+                raise
 
     def _done(self, mutant, entry, took):
         self.judged[mutant.identity] = (mutant, entry)
@@ -124,12 +118,10 @@ class Engine:
                 self.whole = self._tree("all")
                 targets = self.project.host + (self.project.image if any(rung.product for rung in self.rungs) else ())
                 self.whole.prepare(targets, [(self.numbers[one.identity], one) for one in self.drawn if one.slot])
-            known = next((one for one in self.servers if one.which == (rungs, number)), None)
-        if known is None:
-            known = Server(self.whole, rungs, f"{number}", self.cores[number])
-            known.which = (rungs, number)
-            self.servers.append(known)
-        return known
+        key = (rungs[0].name, number)
+        if key not in self.servers:
+            self.servers[key] = Server(self.whole, rungs, f"{number}", self.cores[number])
+        return self.servers[key]
 
     def _measure(self, rungs):
         """How long each test takes on the tree as it is and which mutants it comes by, as far as that is not known."""
@@ -144,7 +136,7 @@ class Engine:
                     waiting = [test for test in new.values()
                                if self.store.tests.known.get(test.name, {}).get("key") != self.store.test_key(test)]
                     self.say(f"{len(new)} tests, {len(waiting)} of them first on the tree as it is")
-            while not self.failure:
+            while not self.ended:
                 with self.lock:
                     taken = max(PORTION, len(waiting) // PART // len(self.cores))
                     portion, waiting = waiting[:taken], waiting[taken:]
@@ -218,9 +210,7 @@ class Engine:
         tree = self._tree(f"w{number}", self.cores[number])
         tree.prepare(self.project.image)
         tree.keep()
-        server = Server(tree, rungs, "image", self.cores[number])
-        self.servers.append(server)
-        return server
+        return Server(tree, rungs, "image", self.cores[number])
 
     def _built(self, rungs, server, mutant):
         begun, tree = time.monotonic(), server.tree

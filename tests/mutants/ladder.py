@@ -66,7 +66,7 @@ class Server:
     """pytest with these rungs' tests collected, in a tree; it plays what it is asked to in forks of itself (serve.py)."""
 
     def __init__(self, tree, rungs, name, core=None):
-        self.tree, self.which = tree, None
+        self.tree = tree
         self.folder = tree.folder / f"serve_{rungs[0].name}_{name}"
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir()
