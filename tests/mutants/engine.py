@@ -24,10 +24,10 @@ class Engine:
     budget_s: CPU time of tests that a mutant may take of the image's, HOST_PART of it of others; 0: all.
     """
 
-    def __init__(self, project, folder, drawn, rungs, store, say, cores, budget_s=0.0):
+    def __init__(self, project, folder, drawn, rungs, store, say, jobs=1, budget_s=0.0):
         self.project, self.folder, self.rungs, self.store, self.say = project, folder, rungs, store, say
         self.numbers = {mutant.identity: number for number, mutant in enumerate(drawn, 1)}
-        self.drawn, self.cores, self.budget_s = drawn, cores, budget_s
+        self.drawn, self.jobs, self.budget_s = drawn, jobs, budget_s
         self.order, self.lock, self.ended = Order(), threading.Lock(), False
         self.tests, self.broken, self.judged = {}, [], {}
         self.whole, self.servers, self.trees = None, {}, []
@@ -56,8 +56,8 @@ class Engine:
                 tree.stop()
         return self.judged
 
-    def _tree(self, name, core=None):
-        self.trees.append(Tree(self.project, self.folder / name, core))
+    def _tree(self, name):
+        self.trees.append(Tree(self.project, self.folder / name))
         return self.trees[-1]
 
     def _stage(self, waiting, rungs, judge, final):
@@ -107,7 +107,7 @@ class Engine:
 
     def _workers(self, judge, rungs):
         maker = self._server if judge == self._beside else self._own_tree
-        return [functools.partial(maker, rungs, number) for number in range(len(self.cores))]
+        return [functools.partial(maker, rungs, number) for number in range(self.jobs)]
 
     # ---- where all mutants stand beside the original ----
 
@@ -116,11 +116,11 @@ class Engine:
             if self.whole is None:
                 self.say(f"one build with {len(self.numbers)} mutants beside the original")
                 self.whole = self._tree("all")
-                targets = self.project.host + (self.project.image if any(rung.product for rung in self.rungs) else ())
-                self.whole.prepare(targets, [(self.numbers[one.identity], one) for one in self.drawn if one.slot])
+                targets = {rung.product != "": self.project.image if rung.product else self.project.host for rung in self.rungs}
+                self.whole.prepare(sum(targets.values(), ()), [(self.numbers[one.identity], one) for one in self.drawn if one.slot])
         key = (rungs[0].name, number)
         if key not in self.servers:
-            self.servers[key] = Server(self.whole, rungs, f"{number}", self.cores[number])
+            self.servers[key] = Server(self.whole, rungs, f"{number}")
         return self.servers[key]
 
     def _measure(self, rungs):
@@ -138,7 +138,7 @@ class Engine:
                     self.say(f"{len(new)} tests, {len(waiting)} of them first on the tree as it is")
             while not self.ended:
                 with self.lock:
-                    taken = max(PORTION, len(waiting) // PART // len(self.cores))
+                    taken = max(PORTION, len(waiting) // PART // self.jobs)
                     portion, waiting = waiting[:taken], waiting[taken:]
                 if not portion:
                     return
@@ -207,10 +207,10 @@ class Engine:
     # ---- one after the other in the image ----
 
     def _own_tree(self, rungs, number):
-        tree = self._tree(f"w{number}", self.cores[number])
+        tree = self._tree(f"w{number}")
         tree.prepare(self.project.image)
         tree.keep()
-        return Server(tree, rungs, "image", self.cores[number])
+        return Server(tree, rungs, "image")
 
     def _built(self, rungs, server, mutant):
         begun, tree = time.monotonic(), server.tree

@@ -65,7 +65,7 @@ def load_rungs(path):
 class Server:
     """pytest with these rungs' tests collected, in a tree; it plays what it is asked to in forks of itself (serve.py)."""
 
-    def __init__(self, tree, rungs, name, core=None):
+    def __init__(self, tree, rungs, name):
         self.tree = tree
         self.folder = tree.folder / f"serve_{rungs[0].name}_{name}"
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -76,7 +76,7 @@ class Server:
         with open(self.said, "w") as said, theirs:
             tree.start([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve", "-m", "not long",
                         "--rootdir=.", "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", *files],
-                       {"MUTANTS_LINK": str(theirs.fileno()), "PYTHONPATH": PLUGINS}, core, stdout=said, stderr=said,
+                       {"MUTANTS_LINK": str(theirs.fileno()), "PYTHONPATH": PLUGINS}, stdout=said, stderr=said,
                        pass_fds=[theirs.fileno()])
         self.stream = ours.makefile("rw", encoding="utf-8")
         answer = json.loads(self.stream.readline() or '{"tests": [], "broken": 1}')

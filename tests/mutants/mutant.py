@@ -5,21 +5,8 @@ import hashlib
 import re
 from dataclasses import dataclass
 
-KINDS = {
-    "forgotten clear": "0, none, false is not assigned; nor what else a statement sets",
-    "lost call": "a call whose result nobody uses",
-    "order": "two statements exchanged: published before it is written, used before it is set",
-    "lost condition": "a conjunct dropped, an if that is always or never taken",
-    "half a check": "one of two limits of a range",
-    "comparison": "< for <=, > for <, == for !=",
-    "copy error": "b for a, q for d, the other axis, beta for alpha, two arguments exchanged",
-    "unit": "a factor of 1000, a shift by one more or less, twice a constant, _q16 for _q15",
-    "off by one": "a bound, an index, a first or last element",
-    "race": "no mask around what an interrupt also uses; a volatile read twice",
-    "lost bound": "a value itself where min, max, limit of it stands",
-    "sign": "+ for -, a minus dropped",
-    "enumerator": "the name before or after it; true for false",
-}
+KINDS = ("forgotten clear", "lost call", "order", "lost condition", "half a check", "comparison", "copy error", "unit", "off by one",
+         "race", "lost bound", "sign", "enumerator")  # docs/mutants.md says what each is
 
 
 @dataclass(frozen=True)
@@ -55,7 +42,8 @@ class Mutant:
         start, end, form = self.slot
         was = text[start:end]
         now = with_edits(was, [(a - start, b - start, new) for a, b, new in self.edits])
-        now = " ".join(line.strip() for line in without_remarks(now).split("\n"))
+        now = now if self.file.endswith(".py") else without_remarks(now)
+        now = " ".join(line.strip() for line in now.split("\n"))
         if self.file.endswith(".py"):
             both = f"if not _mutant({number}): {was}" if form == "statement" else f"(({now}) if _mutant({number}) else ({was}))"
         elif form == "expression":

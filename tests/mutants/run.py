@@ -33,14 +33,13 @@ def project(root):
 
 
 def options(argv):
-    cores = sorted(os.sched_getaffinity(0))
     parser = argparse.ArgumentParser(prog="tests/mutants/run.py", description=__doc__)
     for name, kind, usual, what in (
             ("count", int, 400, "how many mutants"), ("seed", str, "1", "of the choice: the same seed, the same mutants"),
             ("files", str, "*", "globs of the files that get mistakes, e.g. 'firmware/axis/*'"),
             ("rungs", str, "", "names of the only rungs to ask, e.g. 'unit target'"),
             ("part", str, "1/1", "which of how many parts to judge now, e.g. 2/4; the table has all so far"),
-            ("jobs", int, len(cores), "workers"),
+            ("jobs", int, len(os.sched_getaffinity(0)), "workers"),
             ("budget", float, 100.0, "CPU seconds of the image's tests that a mutant may take, 30 %% of it of others; 0: all")):
         parser.add_argument(f"--{name}", type=kind, default=usual, help=f"{what} (default: {usual})")
     parser.add_argument("--remember", action="store_true", help="write table and survivors into docs/mutants.md")
@@ -49,7 +48,6 @@ def options(argv):
     if chosen.count < 1 or chosen.jobs < 1 or chosen.budget < 0 or not part or int(part[1]) > int(part[2]):
         parser.error("N and JOBS must be at least 1, BUDGET at least 0, PART like 2/4")
     chosen.part = int(part[1]) - 1, int(part[2])
-    chosen.cores = (cores * chosen.jobs)[:chosen.jobs]
     return chosen
 
 
@@ -80,7 +78,7 @@ def play(chosen):
     if not drawn:
         raise Trouble(f"FILES='{chosen.files}' names no file with anything to break")
     known, store = load_survivors(HERE / "survivors.toml"), Store(folder, ROOT, drawn)
-    engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.cores, chosen.budget)
+    engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.jobs, chosen.budget)
     judged = engine.run([one for n, one in enumerate(drawn) if n % chosen.part[1] == chosen.part[0] or
                          store.verdict(one, [rung.name for rung in rungs])])
     write_json(folder / "result.json", judged, known, chosen.seed)

@@ -98,8 +98,8 @@ def inside(folder, without=()):
 
 
 class Tree:
-    def __init__(self, project, folder, cpu=None):
-        self.project, self.root, self.cpu = project, folder / "tree", cpu
+    def __init__(self, project, folder):
+        self.project, self.root = project, folder / "tree"
         self.folder, self.snapshot = folder, folder / "as_it_was"
         self.times, self.objects, self.products, self.running = None, {}, {}, set()
         (folder / "bin").mkdir(parents=True, exist_ok=True)
@@ -117,11 +117,9 @@ class Tree:
         return {**kept, "BUILD": "build", "HOSTCC": str(wrappers / "cc"), "NO_INSTALL": "1", "PYTHONDONTWRITEBYTECODE": "1",
                 "MAKEFLAGS": f"CC_ARM={wrappers / 'cc-arm'}", "PATH": f"{wrappers}:{os.environ['PATH']}"}
 
-    def start(self, command, extra=None, core=None, **more):
-        """A process of this tree, on this core alone if one is given."""
-        core = self.cpu if core is None else core
-        pinned = ["taskset", "-c", str(core)] if core is not None else []
-        process = subprocess.Popen([*pinned, *command], cwd=self.root, env={**self.environment(), **(extra or {})},
+    def start(self, command, extra=None, **more):
+        """A process of this tree."""
+        process = subprocess.Popen(command, cwd=self.root, env={**self.environment(), **(extra or {})},
                                    stdin=subprocess.DEVNULL, start_new_session=True, **more)
         self.running = {one for one in self.running if one.poll() is None} | {process}
         return process
