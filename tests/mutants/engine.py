@@ -116,8 +116,8 @@ class Engine:
             if self.whole is None:
                 self.say(f"one build with {len(self.numbers)} mutants beside the original")
                 self.whole = self._tree("all")
-                targets = {rung.product != "": self.project.image if rung.product else self.project.host for rung in self.rungs}
-                self.whole.prepare(sum(targets.values(), ()), [(self.numbers[one.identity], one) for one in self.drawn if one.slot])
+                targets = {self.project.image if rung.product else self.project.host for rung in self.rungs}
+                self.whole.prepare(sum(targets, ()), [(self.numbers[one.identity], one) for one in self.drawn if one.slot])
         key = (rungs[0].name, number)
         if key not in self.servers:
             self.servers[key] = Server(self.whole, rungs, f"{number}")
@@ -125,7 +125,7 @@ class Engine:
 
     def _measure(self, rungs):
         """How long each test takes on the tree as it is and which mutants it comes by, as far as that is not known."""
-        servers, waiting = {}, None
+        waiting = None
 
         def measured(server):
             nonlocal waiting

@@ -5,8 +5,8 @@ import hashlib
 import re
 from dataclasses import dataclass
 
-KINDS = ("forgotten clear", "lost call", "order", "lost condition", "half a check", "comparison", "copy error", "unit", "off by one",
-         "race", "lost bound", "sign", "enumerator")  # docs/mutants.md says what each is
+KINDS = ("forgotten clear", "lost call", "order", "lost condition", "half a check", "comparison", "copy error", "unit",
+         "off by one", "race", "lost bound", "sign", "enumerator")  # docs/mutants.md says what each is
 
 
 @dataclass(frozen=True)

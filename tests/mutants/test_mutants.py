@@ -75,15 +75,15 @@ ASSEMBLY = textwrap.dedent("""\
             blo     work
     """)
 EXPECTED = {
-    "sign": ["int sum = x->i_d_ref + *p * 300;", "int sum = -x->i_d_ref - *p * 300;", "sum -= i;", "high = min(high, low) // 1 + 1",
-             "add r2, r0, r2, asr #3"],
+    "sign": ["int sum = x->i_d_ref + *p * 300;", "int sum = -x->i_d_ref - *p * 300;", "sum -= i;",
+             "high = min(high, low) // 1 + 1", "add r2, r0, r2, asr #3"],
     "forgotten clear": ["x->mode = MODE_NONE; => ;", "sum += i; => ;", "self.seen = 0 => pass", "self.count += 1 => pass",
                         "sub r2, r0, r2, asr #3 => "],
     "lost call": ["g(); => ;", 'print("a text", low) => pass'],
     "order": ["x->count = count + 1; x->ring[0] = sum;", "g(); cpu_irq_restore(mask);",
               "sub r2, r0, r2, asr #3 @ first ldr r0, [r1, #AXIS_D]"],
-    "lost condition": ["if (sum >= 20) {", "if (x->mode == MODE_SLOW) {", "if (0) {", "if (1) {", "return (sum);", "if low < 0:",
-                       "if False:", "return low * 1e3"],
+    "lost condition": ["if (sum >= 20) {", "if (x->mode == MODE_SLOW) {", "if (0) {", "if (1) {", "return (sum);",
+                       "if low < 0:", "if False:", "return low * 1e3"],
     "half a check": ["if (sum < -7) {", "if (sum > PAUSE_MS) {", "if 0 < high:", "if high <= LIMIT:"],
     "comparison": ["if (sum > 20 && x->mode == MODE_SLOW) {", "if (sum <= 20 && x->mode == MODE_SLOW) {", "bhs work",
                    "if (sum >= 20 && x->mode != MODE_SLOW) {", "if low <= 0 or self.seen:"],
@@ -107,8 +107,8 @@ def sample(tmp_path_factory):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_mistake(kind, sample):
-    mutants = [one for one in (*sample[1], *python.mutants("a.py", SNAKE), *assembly.mutants("a.S", ASSEMBLY)) if one.kind == kind]
-    said = {text for one in mutants for text in (one.replacement, f"{one.original} => {one.replacement}")}
+    mutants = (*sample[1], *python.mutants("a.py", SNAKE), *assembly.mutants("a.S", ASSEMBLY))
+    said = {text for one in mutants if one.kind == kind for text in (one.replacement, f"{one.original} => {one.replacement}")}
     assert set(EXPECTED[kind]) <= said, said
 
 
