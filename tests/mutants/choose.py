@@ -32,10 +32,12 @@ class Sources:
                                 assembly.mutants(file, text) if file.endswith(".S") else self.parser.mutants(file, text))
         return self.known[file]
 
-    def _complaint(self, file, text):
-        if file.endswith(".S"):
-            return ""
-        return python.complaint(file, text) if file.endswith(".py") else self.parser.complaint(file, text)
+    def _compiles(self, file, text):
+        try:
+            return file.endswith(".S") or (
+                compile(text, file, "exec") if file.endswith(".py") else not self.parser.complaint(file, text))
+        except SyntaxError:
+            return False
 
     def weight(self, file):
         """Lines with something in them; a header has some if it has functions."""
@@ -49,7 +51,7 @@ class Sources:
         if mutant.slot and any(one.slot[0] < mutant.slot[1] and mutant.slot[0] < one.slot[1] for one in others if one.slot):
             return False
         beside = "#define MUTANT(n) ((n) == 0)\n" if mutant.file.endswith((".c", ".h")) else ""
-        return not self._complaint(mutant.file, beside + with_all(text, [(1, mutant)]) if mutant.slot else mutant.applied(text))
+        return self._compiles(mutant.file, beside + with_all(text, [(1, mutant)]) if mutant.slot else mutant.applied(text))
 
     def draw(self, count, seed, takes=lambda file: True):
         """`count` mutants, the same ones for the same tree and seed; fewer if there are no more."""

@@ -16,14 +16,6 @@ OTHERS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.JoinedStr, as
 SMALL = 16
 
 
-def complaint(file, text):
-    try:
-        compile(text, file, "exec")
-    except SyntaxError as error:
-        return str(error)
-    return ""
-
-
 def mutants(file, text):
     return mutants_of(file, text, Reader(text).all())
 
@@ -67,32 +59,19 @@ class Reader:
     def instead(self, kind, node, new, form="expression"):
         self.change(kind, node, (*self.span(node), new), form=form)
 
-    def dropped(self, kind, node):
-        start, _ = self.span(node)
-        if not self.text[self.text.rfind("\n", 0, start) + 1:start].strip():
-            self.instead(kind, node, "pass", "statement")
-
-    # ---- statements ----
-
     def of_If(self, node):
         for new in ("False", "True"):
             self.instead("lost condition", node.test, new)
 
-    def of_While(self, node):
-        self.instead("lost condition", node.test, "False")
-
     def of_Expr(self, node):
-        if isinstance(node.value, ast.Call):
-            self.dropped("lost call", node)
+        start, _ = self.span(node)
+        kind = "lost call" if isinstance(node, ast.Expr) else "forgotten clear"
+        if not self.text[self.text.rfind("\n", 0, start) + 1:start].strip() and (
+                isinstance(node, ast.AugAssign) or isinstance(getattr(node, "value", None), ast.Call) and kind == "lost call" or
+                kind != "lost call" and not isinstance(node.targets[0], (ast.Name, ast.Tuple))):
+            self.instead(kind, node, "pass", "statement")
 
-    def of_AugAssign(self, node):
-        self.dropped("forgotten clear", node)
-
-    def of_Assign(self, node):
-        if not isinstance(node.targets[0], (ast.Name, ast.Tuple)):
-            self.dropped("forgotten clear", node)
-
-    # ---- expressions ----
+    of_Assign = of_AugAssign = of_Expr
 
     def of_Compare(self, node):
         (first, _), (_, last) = self.span(node.left), self.span(node.comparators[0])
@@ -124,8 +103,9 @@ class Reader:
             self.instead("unit", node, self.part(node.left))
 
     def of_UnaryOp(self, node):
-        if isinstance(node.op, (ast.USub, ast.Not)):
-            self.instead("sign" if isinstance(node.op, ast.USub) else "comparison", node, self.part(node.operand))
+        kind = {ast.USub: "sign", ast.Not: "comparison"}.get(type(node.op))
+        if kind:
+            self.instead(kind, node, self.part(node.operand))
 
     def of_Call(self, node):
         name = getattr(node.func, "id", getattr(node.func, "attr", ""))
@@ -140,17 +120,16 @@ class Reader:
         value = node.value
         if isinstance(value, bool):
             self.instead("enumerator", node, str(not value))
-        elif isinstance(value, int) and abs(value) <= SMALL:
-            self.instead("off by one", node, str(value + 1))
         elif isinstance(value, int):
-            self.instead("unit", node, str(value // 1000 if value % 1000 == 0 else value * 2))
+            small, whole = abs(value) <= SMALL, value % 1000 == 0
+            other = value + 1 if small else value // 1000 if whole else value * 2
+            self.instead("off by one" if small else "unit", node, str(other))
         elif isinstance(value, float):
             self.instead("unit", node, repr(value * (1000 if "e" in self.part(node) else 2)))
 
-    def of_Name(self, node, name=None):
-        end, name = self.span(node)[1], name or node.id
+    def of_Name(self, node):
+        end, name = self.span(node)[1], getattr(node, "id", getattr(node, "attr", None))
         for kind, other in twins(name, self.known):
             self.change(kind, node, (end - len(name), end, other))
 
-    def of_Attribute(self, node):
-        self.of_Name(node, node.attr)
+    of_Attribute = of_Name
