@@ -29,7 +29,7 @@ endif
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
-    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL UNTIL N FILES RUNGS KEEP_GOING LISTED \
+    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL UNTIL N FILES RUNGS \
     BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
@@ -380,7 +380,7 @@ more tests
   make explore                 every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it
   make fabric                  the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels
   make guides                  what docs/guides tell the reader to type: all of it runs, and the drive answers so
-  make mutants                 faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]
+  make mutants                 mistakes put into drive and plant: what share is noticed [N=count SEED=text FILES="globs" PART=k/n JOBS=n RUNGS="names"]
   make bringup WRONG=name      a device made otherwise, of qemu/chips/wrong.toml
   make lint                    formatting, warnings, layers
 figures

@@ -1,220 +1,242 @@
 # SPDX-License-Identifier: MIT
-"""Puts fault after fault into copies of the project, on all cores, and notes who notices."""
+"""Has the tests judge mutant after mutant, on all cores: first those of this machine, where all mutants stand in one build,
+then, of what nobody has noticed, those of the controller's image."""
 import functools
-import shutil
+import itertools
+import subprocess
 import threading
 import time
+from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
 
 from mutants import reach
-from mutants.choose import sequence, shares
-from mutants.ladder import Order, Played, affordable, collect, concerned, play
-from mutants.tree import Trouble
+from mutants.ladder import Order, Server
+from mutants.tree import Tree
 
-TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
-LISTED = {"outcome": "survived", "by": "", "how": "listed", "rung": "", "build_s": 0.0, "tests_s": 0.0}
-PORTION = 8                # so many tests at least a worker takes at a time when the tree as it is runs them,
-PART = 8                   # and this part of those that are left: the many short ones first, few at a time at the end
+HOST_PART = 0.3        # of BUDGET: what runs here takes less
+PORTION, PART = 4, 6  # a worker takes so many tests at a time on the tree as it is, or this part of those that are left
 
 
 class Engine:
-    """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of it.
+    """drawn: all of the draw, each with its number in the build; store: what is known; say: called with each line of it.
 
-    listed: identities of those that are known to change nothing: survivors, without a trial that takes all tests there are.
-    hints: {identity: test} of who noticed it elsewhere, to be asked first. budget_s: CPU time of tests that a mutant may take.
+    budget_s: CPU time of tests that a mutant may take of the image's, HOST_PART of it of others; 0: all.
     """
 
-    def __init__(self, sources, trees, rungs, store, seed, say, keep_going=False, listed=frozenset(), hints=None, budget_s=0.0):
-        self.sources, self.trees, self.rungs, self.store, self.seed, self.say = sources, trees, rungs, store, seed, say
-        self.listed, self.hints, self.budget_s = listed, hints or {}, budget_s
-        self.entered = reach.Entered()
-        self.keep_going, self.broken = keep_going, []  # tests that fail without any fault
-        self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
-        self.waiting, self.tests, self.measured, self.bits = None, {}, {}, {}
-        self.left, self.failure, self.judged, self.tried = {}, None, {}, {}
-        for entry in store.known.values():
-            self.order.learn(*entry["identity"].split("|")[:2], entry.get("asked", []), entry["by"])
+    def __init__(self, project, folder, drawn, rungs, store, say, jobs=1, budget_s=0.0):
+        self.project, self.folder, self.rungs, self.store, self.say = project, folder, rungs, store, say
+        self.numbers = {mutant.identity: number for number, mutant in enumerate(drawn, 1)}
+        self.drawn, self.jobs, self.budget_s = drawn, jobs, budget_s
+        self.order, self.lock, self.ended = Order(), threading.Lock(), False
+        self.tests, self.broken, self.judged = {}, [], {}
+        self.whole, self.servers, self.trees = None, {}, []
+        for mutant in drawn:
+            if mutant.identity in store.verdicts.known:
+                self.order.learn(mutant, store.verdicts.known[mutant.identity])
 
-    def run(self, count, files):
-        """{identity: (fault, entry)} of `count` mutants, or as many as there are."""
-        self.left = {file: sequence(self.sources.faults[file], self.seed, file) for file in files}
-        weights = {file: self.sources.weights[file] for file in files if self.sources.faults[file]}
-        owed = shares(weights, count, self.seed)
-        while sum(owed.values()) and not self.failure:
-            self.wanted = sum(owed.values()) + len(self.judged)
-            self._share_out(owed)
-            short = count - len(self.judged)
-            rest = {file: weight for file, weight in weights.items() if self.left[file] is not None}
-            owed = shares(rest, short, f"{self.seed}|{len(self.judged)}") if rest and short > 0 else {}
-        if self.failure:
-            raise self.failure
-        return self.judged
-
-    def plan(self, count, files):
-        """The faults that would be tried first, without judging any."""
-        weights = {file: self.sources.weights[file] for file in files if self.sources.faults[file]}
-        for file, number in shares(weights, count, self.seed).items():
-            for fault, _ in zip(sequence(self.sources.faults[file], self.seed, file), range(number)):
-                yield file, fault
-
-    def _share_out(self, owed):
-        queue = sorted((file for file in owed if owed[file]), key=lambda file: (-owed[file], file))
-        threads = [threading.Thread(target=self._work, args=(tree, queue, owed), daemon=True) for tree in self.trees]
-        for thread in threads:
-            thread.start()
+    def run(self, wanted):
+        """{identity: (mutant, entry)} of these."""
+        names = [rung.name for rung in self.rungs]
+        waiting = []
+        for mutant in wanted:
+            known = self.store.verdict(mutant, names)
+            if known:
+                self._done(mutant, known, "as before")
+            else:
+                waiting.append(mutant)
         try:
-            for thread in threads:
-                while thread.is_alive():
-                    thread.join(0.2)
-        except BaseException:
-            self.failure = KeyboardInterrupt()
+            host, image = ([rung for rung in self.rungs if bool(rung.product) == what] for what in (False, True))
+            waiting = self._stage(waiting, host, self._beside, final=not image)
+            plant = [mutant for mutant in waiting if mutant.file.startswith("qemu/")]
+            self._stage(plant, image, self._beside, final=True)
+            self._stage([mutant for mutant in waiting if mutant not in plant], image, self._built, final=True)
+        finally:
             for tree in self.trees:
                 tree.stop()
-            raise
+        return self.judged
 
-    def _work(self, tree, queue, owed):
-        try:
-            while not self.failure:
+    def _tree(self, name):
+        self.trees.append(Tree(self.project, self.folder / name))
+        return self.trees[-1]
+
+    def _stage(self, waiting, rungs, judge, final):
+        """Those that none of these rungs has noticed."""
+        names = {rung.name for rung in rungs}
+        left = [mutant for mutant in waiting if not names <= self.store.asked(mutant)]
+        if left:
+            self._measure(rungs)
+            self._each(list(left), functools.partial(judge, rungs), self._workers(judge, rungs), final)
+        return [mutant for mutant in waiting if mutant not in left or
+                self.store.verdicts.known[mutant.identity]["outcome"] == "survived"]
+
+    def _each(self, queue, judge, makers, final):
+        """Judges all of them, a thread for each worker."""
+        def judged(worker):
+            while not self.ended:
                 with self.lock:
                     if not queue:
                         return
-                    file = queue.pop(0)
-                self._file(tree, file, owed[file])
-        except BaseException as error:  # of a thread: the main one ends the run with it
-            self.failure = self.failure or error
+                    mutant = queue.pop(0)
+                entry = judge(worker, mutant)
+                with self.lock:
+                    entry["rungs"] = sorted({*entry["rungs"], *self.store.asked(mutant)})
+                    self.store.put(mutant, entry)
+                    self.order.learn(mutant, entry)
+                    if final or entry["outcome"] != "survived":
+                        self._done(mutant, entry, f"{entry['build_s'] + entry['tests_s']:.1f} s")
 
-    def _file(self, tree, file, count):
-        done = tried = 0
-        while done < count and tried < TRIES * count + TRIES_MORE and not self.failure:
-            fault = next(self.left[file], None)
-            if fault is None:
-                self.left[file] = None
-                return
-            tried += 1
-            entry = LISTED if fault.identity in self.listed else self.store.get(fault)
-            known = entry is not None
-            entry = entry or self._judge(tree, fault)
-            with self.lock:
-                if not known:
-                    self.store.put(fault, entry, tree.root)
-                    self.order.learn(fault.file, fault.function, entry.get("asked", []), entry["by"])
-                if entry["outcome"] in ("noticed", "survived"):
-                    done += 1
-                    self.judged[fault.identity] = (fault, entry)
-                    self._tell(fault, entry, known)
-                else:
-                    self.tried[fault.identity] = (fault, entry)
-        if done < count:
-            self.left[file] = None
+        self._threads(makers, judged)
 
-    def _tell(self, fault, entry, known):
+    def _threads(self, makers, work):
+        """One for each worker, which its maker makes there."""
+        with ThreadPoolExecutor(len(makers)) as pool:
+            try:
+                for done in as_completed([pool.submit(lambda maker=maker: work(maker())) for maker in makers]):
+                    done.result()
+            except BaseException:  # of the first thread that fails, or of a person who ends it
+                self.ended = True
+                for tree in self.trees:
+                    tree.stop()
+                raise
+
+    def _done(self, mutant, entry, took):
+        self.judged[mutant.identity] = (mutant, entry)
         by = f" by {entry['by']}" if entry["by"] else ""
-        took = "as listed" if entry is LISTED else "as before" if known else f"{entry['build_s'] + entry['tests_s']:.1f} s"
-        count = f"{len(self.judged):4}/{self.wanted}"
-        self.say(f"{count} {entry['outcome']} {fault.file}:{fault.line} {fault.kind}{by} ({took})")
+        self.say(f"{len(self.judged):4} {entry['outcome']} {mutant.file}:{mutant.line} {mutant.kind}{by} ({took})")
 
-    def _judge(self, tree, fault):
-        self._ready(tree)
-        begun = time.monotonic()
-        try:
-            none = tree.insert(fault, self.sources.texts[fault.file])
-            built = time.monotonic()
-            if none:
-                return {"outcome": none, "by": "", "build_s": round(built - begun, 2), "tests_s": 0.0}
-            tests, left_out = self._tests_for(tree, fault)
-            results = play(tree, tests) if tests else []
-        finally:
-            tree.restore(fault.file, self.sources.texts[fault.file])
-        last = results[-1] if results else Played("", "passed")
-        by, what = last.name if last.what != "passed" else "", last.what
-        what = f"{what}, and {left_out} tests were not asked" if left_out and not by else what
-        return {"outcome": "noticed" if by else "survived", "by": by, "how": what, "rung": self.rung_of(by),
-                "asked": [one.name for one in results], "cpu_s": round(sum(one.cpu_s for one in results), 2),
-                "build_s": round(built - begun, 2), "tests_s": round(time.monotonic() - built, 2)}
+    def _workers(self, judge, rungs):
+        maker = self._server if judge == self._beside else self._own_tree
+        return [functools.partial(maker, rungs, number) for number in range(self.jobs)]
 
-    def _tests_for(self, tree, fault):
-        """In the order in which they are asked, and how many are left out because they would take too long."""
-        functions = tree.changed_functions()
-        entered = reach.entered_by(fault, functions, self.entered.known())
-        tests = concerned(self.measured.values(), tree.changed_products(), functions, entered)
-        hint = self.hints.get(fault.identity)
-        tests = sorted(self.order.sorted(fault, tests), key=lambda test: test.name != hint)
-        asked = affordable(tests, self.budget_s)
-        return asked, len(tests) - len(asked)
+    # ---- where all mutants stand beside the original ----
 
-    def rung_of(self, name):
-        for rung in self.rungs:
-            if any(name.split("::")[0] == place or name.startswith(place.rstrip("/") + "/") for place in rung.tests):
-                return rung.name
-        return ""
-
-    # ---- before the first mutant ----
-
-    def _ready(self, tree):
-        """Builds a worker's tree as it is, and takes its part in seeing that all tests pass there and how long they take."""
-        if tree in self.prepared:
-            return
-        tree.prepare()
+    def _server(self, rungs, number):
         with self.lock:
-            if self.waiting is None:
-                self._collect(tree)
-        while not self.failure:
+            if self.whole is None:
+                self.say(f"one build with {len(self.numbers)} mutants beside the original")
+                self.whole = self._tree("all")
+                targets = {self.project.image if rung.product else self.project.host for rung in self.rungs}
+                self.whole.prepare(sum(targets, ()), [(self.numbers[one.identity], one) for one in self.drawn if one.slot])
+        key = (rungs[0].name, number)
+        if key not in self.servers:
+            self.servers[key] = Server(self.whole, rungs, f"{number}")
+        return self.servers[key]
+
+    def _measure(self, rungs):
+        """How long each test takes on the tree as it is and which mutants it comes by, as far as that is not known."""
+        waiting = None
+
+        def measured(server):
+            nonlocal waiting
             with self.lock:
-                taken = max(PORTION, len(self.waiting) // PART)
-                portion, self.waiting = self.waiting[:taken], self.waiting[taken:]
-            if not portion:
-                break
-            self._measure(tree, portion)
+                if waiting is None:
+                    new = {test.name: test for test in server.tests if test.name not in self.tests}
+                    self.tests |= new
+                    waiting = [test for test in new.values()
+                               if self.store.tests.known.get(test.name, {}).get("key") != self.store.test_key(test)]
+                    self.say(f"{len(new)} tests, {len(waiting)} of them first on the tree as it is")
+            while not self.ended:
+                with self.lock:
+                    taken = max(PORTION, len(waiting) // PART // self.jobs)
+                    portion, waiting = waiting[:taken], waiting[taken:]
+                if not portion:
+                    return
+                self._portion(server, portion)
+
+        self._threads(self._workers(self._beside, rungs), measured)
+        self._take(rungs)
+
+    def _portion(self, server, portion):
+        results = server.play(portion, to_the_end=True)
+        for number, (test, one) in enumerate(itertools.zip_longest(portion[:max(1, len(results))], results)):
+            bits, executes = server.bits(number), ()
+            if bits and test.product:
+                executes = reach.Functions(server.tree.root / test.product).executed(bits)
+            with self.lock:
+                if one and one["what"] == "passed":
+                    self.store.tests.put(test.name, {
+                        "key": self.store.test_key(test), "cpu_s": max(one["cpu_s"] - one["shared_s"], 0.01),
+                        "executes": sorted(executes), **{key: one[key] for key in ("shared_s", "met", "shared")}})
+                else:
+                    self.broken.append(test.name)
+                    self.say(f"left out: {test.name} fails without any mutant")
+        if 0 < len(results) < len(portion):  # the last of them has ended all
+            self._portion(server, portion[len(results):])
+
+    def _take(self, rungs):
+        """What is known of each test; fixtures and images that a file's tests share count for all of them."""
+        self.tests = {name: test for name, test in self.tests.items() if name not in self.broken}
+        known = {name: self.store.tests.known[name] for name in self.tests}
+        shared, most_s, executed = defaultdict(set), defaultdict(float), defaultdict(set)
+        for name, entry in known.items():
+            file = name.split("::")[0]
+            shared[file].update(entry["shared"])
+            most_s[file] = max(most_s[file], entry["shared_s"])
+            executed[file].update(entry["executes"])
+        for name, entry in known.items():
+            test = self.tests[name]
+            self.tests[name] = replace(
+                test, cpu_s=entry["cpu_s"], shared_s=most_s[test.file], met=frozenset({*entry["met"], *shared[test.file]}),
+                executes=frozenset(entry["executes"] or executed[test.file]) or None)
+        self.say(f"they take {sum(test.cpu_s for test in self.tests.values() if test.rung in rungs):.0f} s of CPU")
+
+    def _beside(self, rungs, server, mutant):
+        number = self.numbers[mutant.identity]
+        tests = [test for test in self.tests.values() if number in test.met and test.rung in rungs]
+        if same_assembly(self.project, mutant):
+            return self._entry(rungs, "same code")
+        return self._played(rungs, server, mutant, tests, number)
+
+    def _played(self, rungs, server, mutant, tests, number=0, begun=None):
+        built = time.monotonic()
+        asked = self.order.sorted(mutant, tests, self.budget_s * (1 if rungs[0].product else HOST_PART))
+        results = server.play(asked, number) if asked else []
+        by = next((one for one in results if one["what"] != "passed"), None)
+        how = by["what"] if by else "no test comes by it" if not tests else (
+            f"passed, and {len(tests) - len(asked)} tests were not asked" if len(tests) > len(asked) else "passed")
+        rung = next((rung.name for rung in rungs if by and rung.has(by["name"])), "")
+        return self._entry(rungs, "noticed" if by else "survived", by["name"] if by else "", how, rung,
+                           [one["name"] for one in results], built - (begun or built), time.monotonic() - built)
+
+    @staticmethod
+    def _entry(rungs, outcome, by="", how="", rung="", asked=(), build_s=0.0, tests_s=0.0):
+        return {"outcome": outcome, "by": by, "how": how, "rung": rung, "rungs": [one.name for one in rungs],
+                "asked": list(asked), "build_s": round(build_s, 2), "tests_s": round(tests_s, 2)}
+
+    # ---- one after the other in the image ----
+
+    def _own_tree(self, rungs, number):
+        tree = self._tree(f"w{number}")
+        tree.prepare(self.project.image)
         tree.keep()
-        while len(self.measured) < len(self.tests) and not self.failure:
-            time.sleep(0.05)
-        if self.failure:
-            raise self.failure
-        self.prepared.add(tree)
+        return Server(tree, rungs, "image")
 
-    def _collect(self, tree):
-        tests = collect(tree, self.rungs)
-        self.tests = {test.name: test for test in tests}
-        self.waiting = tests
-        self.say(f"{len(tests)} tests; first on the tree as it is")
+    def _built(self, rungs, server, mutant):
+        begun, tree = time.monotonic(), server.tree
+        try:
+            none = tree.insert(mutant)
+            if none:
+                return self._entry(rungs, none, build_s=time.monotonic() - begun)
+            changed, functions = tree.changed_products(), tree.changed_functions()
+            tests = [test for test in self.tests.values() if test.rung in rungs and test.product in changed and
+                     (functions is None or test.executes is None or functions & test.executes)]
+            return self._played(rungs, server, mutant, tests, begun=begun)
+        finally:
+            tree.restore(mutant)
 
-    def _reach(self, tree):
-        """What each test executes of the image, now that all have run."""
-        if self.bits:
-            functions_of = functools.cache(lambda product: reach.Functions(tree.root / product))
-            known = reach.of_tests(functions_of, self.measured.values(), self.bits)
-            self.measured = {name: replace(test, executes=known.get(name)) for name, test in self.measured.items()}
-            self.say(f"{len(known)} of them execute functions of their image that are known")
-        self.measured = {name: replace(test, enters=self.entered.of(test)) for name, test in self.measured.items()}
-        self.order.all = tuple(self.measured.values())
 
-    def _share(self):
-        """Whichever of a file's tests comes first in a mutant pays for the fixtures that they share."""
-        most_s = {}
-        for test in self.measured.values():
-            most_s[test.file] = max(most_s.get(test.file, 0.0), test.shared_s)
-        self.measured = {name: replace(test, shared_s=most_s[test.file]) for name, test in self.measured.items()}
-
-    def _measure(self, tree, portion):
-        seen = tree.root.parent / "reach"
-        shutil.rmtree(seen, ignore_errors=True)
-        seen.mkdir()
-        results = play(tree, portion, to_the_end=True, reach=seen)
-        bits = {test.name: file.read_bytes() for n, test in enumerate(portion) if (file := seen / f"{n}.bits").exists()}
-        failed = [one.name for one in results if one.what != "passed"]
-        failed += sorted({test.name for test in portion} - {one.name for one in results})
-        if failed and not self.keep_going:
-            raise Trouble(f"the tree as it is does not pass {failed[0]}; mend that first, or leave it out by KEEP_GOING=1")
-        with self.lock:
-            self.broken += failed
-            for name in failed:
-                del self.tests[name]
-                self.say(f"left out: {name} fails without any fault")
-            self.measured |= {one.name: replace(self.tests[one.name], cpu_s=max(one.cpu_s - one.shared_s, 0.01),
-                                                shared_s=one.shared_s) for one in results if one.name in self.tests}
-            self.bits |= bits
-            self.entered.take(tree.root, seen, portion)
-            if len(self.measured) == len(self.tests):
-                self.say(f"they take {sum(test.most_s for test in self.measured.values()):.0f} s of CPU")
-                self._share()
-                self._reach(tree)
+def same_assembly(project, mutant):
+    """Whether a C file compiles to the same; a header's mutant, and one that is not C, is taken for another program."""
+    if not mutant.file.endswith(".c"):
+        return False
+    plant = mutant.file.startswith("qemu/")
+    target = [] if plant else ["-mcpu=cortex-m3", "-mthumb", "-ffreestanding", "-DLIB_TRIG_FRAC=15", '-DCONFIG_COMMIT="none"']
+    text, made = (project.root / mutant.file).read_text(encoding="utf-8"), []
+    for source in (text, mutant.applied(text)):
+        done = subprocess.run(["cc" if plant else project.compiler, *target, "-std=gnu11", "-O2", "-w", "-S", "-x", "c",
+                               f"-I{project.root}", f"-I{(project.root / mutant.file).parent}", "-", "-o", "-",
+                               *(f"-I{project.root}/build/{place}" for place in ("eds/1", "fabric", "bringup"))],
+                              input=source, capture_output=True, text=True)
+        made.append(done.stdout if done.returncode == 0 else source)
+    return made[0] == made[1]

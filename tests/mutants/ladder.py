@@ -2,15 +2,18 @@
 """The tests that a mutant has to pass: which concern it, in which order, and what they said."""
 import json
 import re
+import shutil
+import socket
 import sys
 import tomllib
-from collections import Counter, defaultdict
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from mutants.tree import Trouble, digest, last_lines
+from mutants.tree import Trouble, last_lines
 
 CPU_TIMES, CPU_MORE_S = 4, 5.0  # a test may take this much of what it took, and this much more
+ALIKE = 0.6  # of its worth a test has, for each case of the same function that is asked before it
 NEAR, FAR = 0.3, 0.03      # how likely a test is to notice before anything is known: of a file of its name, of any other
 PLUGINS = str(Path(__file__).resolve().parents[1])
 
@@ -18,19 +21,14 @@ PLUGINS = str(Path(__file__).resolve().parents[1])
 @dataclass(frozen=True)
 class Rung:
     name: str
-    tests: tuple          # files and folders
-    product: str = ""     # runs where this has changed; [] stands for the test's parameter
+    tests: tuple          # files and folders; those that are not there are left out
+    product: str = ""     # of the controller, which it runs; [] stands for the test's parameter
     only: str = ""        # regular expressions of tests
     without: str = ""
 
-
-@dataclass(frozen=True)
-class Played:
-    """One that has run."""
-    name: str
-    what: str             # "passed", or why not
-    cpu_s: float = 0.0    # all of it
-    shared_s: float = 0.0
+    def has(self, name):
+        return any(name.split("::")[0] == place or name.startswith(place.rstrip("/") + "/") for place in self.tests) and (
+            not self.only or re.search(self.only, name)) and not (self.without and re.search(self.without, name))
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,8 @@ class Test:
     rung: Rung
     cpu_s: float = 0.0
     shared_s: float = 0.0       # CPU seconds more for the first of a file that is asked: fixtures that they share
+    met: frozenset = frozenset()     # numbers of mutants that it comes by
     executes: frozenset = None  # functions of the image; None: unknown
-    enters: frozenset = None    # the same of the unit tests' libraries
 
     @property
     def file(self):
@@ -52,14 +50,10 @@ class Test:
         return self.cpu_s + self.shared_s
 
     @property
-    def parameter(self):
-        match = re.search(r"\[(.*)\]$", self.name)
-        return match[1] if match else ""
-
-    @property
     def product(self):
-        """What it runs; "" where that is no product."""
-        return self.rung.product.replace("[]", self.parameter)
+        """What it runs; "" where that is nothing of the controller's."""
+        match = re.search(r"\[(.*)\]$", self.name)
+        return self.rung.product.replace("[]", match[1] if match else "")
 
 
 def load_rungs(path):
@@ -68,125 +62,91 @@ def load_rungs(path):
     return [Rung(**{**row, "tests": tuple(row["tests"])}) for row in rows]
 
 
-def pytest_command(files, folder, *options):
-    """Relative to a tree's root."""
-    return [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir=.", "--confcutdir=.",
-            f"--basetemp={folder}", *options, *files]
+class Server:
+    """pytest with these rungs' tests collected, in a tree; it plays what it is asked to in forks of itself (serve.py)."""
 
+    def __init__(self, tree, rungs, name):
+        self.tree = tree
+        self.folder = tree.folder / f"serve_{rungs[0].name}_{name}"
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir()
+        files = [name for rung in rungs for name in rung.tests if (tree.root / name).exists()]
+        ours, theirs = socket.socketpair()
+        self.said = self.folder / "pytest.txt"
+        with open(self.said, "w") as said, theirs:
+            tree.start([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve", "-m", "not long",
+                        "--rootdir=.", "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", *files],
+                       {"MUTANTS_LINK": str(theirs.fileno()), "PYTHONPATH": PLUGINS}, stdout=said, stderr=said,
+                       pass_fds=[theirs.fileno()])
+        self.stream = ours.makefile("rw", encoding="utf-8")
+        answer = json.loads(self.stream.readline() or '{"tests": [], "broken": 1}')
+        self.tests = [Test(name, rung) for name in answer["tests"]
+                      if (rung := next((rung for rung in rungs if rung.has(name)), None))]
+        if answer["broken"] or not self.tests:
+            raise Trouble(f"rungs {', '.join(rung.name for rung in rungs)}: no tests\n{last_lines(self.said.read_text())}")
 
-def collect(tree, rungs):
-    """Every test of the ladder."""
-    tests = []
-    for rung in rungs:
-        files = [name for name in rung.tests if (tree.root / name).exists()]
-        if not files:
-            continue
-        status, output = tree.run(pytest_command(files, "build/tmp", "--collect-only"))
-        names = [line for line in output.splitlines() if "::" in line and not line.startswith(("ERROR", "FAILED"))]
-        chosen = [n for n in names if (not rung.only or re.search(rung.only, n)) and
-                  not (rung.without and re.search(rung.without, n))]
-        if status or not chosen:
-            raise Trouble(f"rung '{rung.name}' has no tests, pytest ended with {status}:\n{last_lines(output)}")
-        tests += [Test(name, rung) for name in dict.fromkeys(chosen) if name not in {t.name for t in tests}]
-    if not tests:
-        raise Trouble("no rung of the ladder has a test")
-    return tests
+    def play(self, tests, number=0, to_the_end=False):
+        """[{name, what: "passed" or why not, cpu_s, ...}] in order, up to the first that did not pass unless to_the_end.
 
+        number   of the mutant that counts
+        """
+        log = self.folder / "log.jsonl"
+        for file in (log, *self.folder.glob("*.bits")):
+            file.unlink(missing_ok=True)
+        limits = [[t.name, CPU_TIMES * t.most_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]
+        print(json.dumps({"tests": limits, "now": number, "log": str(log), "to_the_end": to_the_end, "met": to_the_end}),
+              file=self.stream, flush=True)
+        line = self.stream.readline()
+        if not line:
+            raise Trouble(f"pytest has ended:\n{last_lines(self.said.read_text())}")
+        played = [json.loads(line) for line in log.read_text().splitlines()]
+        results = [{**one, "what": "failed" if one["failed"] else "passed"} for one in played if "failed" in one]
+        if played and "failed" not in played[-1]:
+            results.append({**played[-1], "what": f"did not end ({json.loads(line)['status']})"})
+        return results
 
-def play(tree, tests, to_the_end=False, reach=None):
-    """Played ones in order, up to the first that did not pass unless to_the_end.
-
-    reach   a folder for what the twin executes in each
-    """
-    plan, log = tree.root.parent / "plan.json", tree.root.parent / "log.jsonl"
-    plan.write_text(json.dumps([[t.name, CPU_TIMES * t.most_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]))
-    log.write_text("")
-    files = list(dict.fromkeys(test.file for test in tests))
-    command = pytest_command(files, "build/tmp", "-p", "mutants.watch", *([] if to_the_end else ["-x"]))
-    told = {"MUTANTS_PLAN": str(plan), "MUTANTS_LOG": str(log), "MUTANTS_REACH": str(reach or ""), "PYTHONPATH": PLUGINS}
-    status, output = tree.run(command, told)
-    results, begun = [], None
-    for line in log.read_text().splitlines():
-        entry = json.loads(line)
-        if "start" in entry:
-            begun = entry["start"]
-        else:
-            what = "failed" if entry["failed"] else "passed"
-            results.append(Played(entry["end"], what, entry["cpu_s"], entry["shared_s"]))
-            begun = None
-    if begun:
-        results.append(Played(begun, f"did not end (status {status})"))
-    elif status == 2 and not results:
-        match = re.search(r"ERROR (tests/\S+?\.py|\S+\.py)", output)
-        results.append(Played(match[1] if match else files[0], "could not be collected"))
-    elif status not in (0, 1) or not results or (status == 1 and all(r.what == "passed" for r in results)):
-        raise Trouble(f"pytest ended with {status}:\n" + last_lines(output))
-    return results
+    def bits(self, number):
+        """What the n-th of those that were played last has executed at the twin; None: nothing."""
+        file = self.folder / f"{number}.bits"
+        return file.read_bytes() if file.exists() else None
 
 
 class Order:
     """Which test to ask first: the one that, as far as is known, notices most a second."""
 
     def __init__(self):
-        self.all = ()  # tests that there are
-        self.asked, self.noticed = defaultdict(Counter), defaultdict(Counter)
+        self.asked, self.noticed = Counter(), Counter()
 
-    def learn(self, file, function, asked, noticed_by):
-        for scope in self._scopes(file, function):
-            self.asked[scope].update(asked)
-            if noticed_by:
-                self.noticed[scope][noticed_by] += 1
+    def learn(self, mutant, entry):
+        for scope, _ in _scopes(mutant):
+            self.asked.update((scope, name) for name in entry["asked"])
+            self.noticed[scope, entry["by"]] += 1
 
-    @staticmethod
-    def _scopes(file, function):
-        return (f"{file}|{function}", file, str(Path(file).parent), "")
+    def sorted(self, mutant, tests, budget_s=0.0):
+        """As many as take no more CPU time than this; all without a budget."""
+        asked, files, left, alike = [], set(), budget_s, Counter()
+        worth = {}
+        for test in sorted(tests, key=lambda test: (-self._worth(mutant, test), test.name)):
+            function = test.name.split("[")[0]
+            worth[test] = self._worth(mutant, test) * ALIKE ** alike[function]
+            alike[function] += 1
+        for test in sorted(worth, key=worth.get, reverse=True):
+            left -= test.cpu_s if test.file in files else test.most_s
+            if budget_s and left < 0:
+                break
+            files.add(test.file)
+            asked.append(test)
+        return asked
 
-    def sorted(self, fault, tests):
-        """The fewer execute or enter what has changed, the more likely one of them notices."""
-        few = {what: self._few(tests, what) for what in ("executes", "enters")}
-        return sorted(tests, key=lambda test: (-self._worth(fault, test, few), test.name))
-
-    def _few(self, tests, what):
-        every, these = (sum(getattr(test, what) is not None for test in some) for some in (self.all, tests))
-        return 1 - these / max(every, 1)
-
-    def _worth(self, fault, test, few):
-        near = Path(fault.file).stem in test.name
-        share = max(few[what] if getattr(test, what) else 0.0 for what in few)
-        noticed, asked = NEAR if near else max(FAR, NEAR * share), 1.0
-        for scope, weight in zip(self._scopes(fault.file, fault.function), (4.0, 2.0, 0.5, 0.2)):
-            noticed += weight * self.noticed[scope][test.name]
-            asked += weight * self.asked[scope][test.name]
+    def _worth(self, mutant, test):
+        """Before anything is known: one whose name has the file's, and one that comes by few others."""
+        noticed, asked = NEAR if Path(mutant.file).stem in test.name else FAR + NEAR / (1 + len(test.met)), 1.0
+        for scope, weight in _scopes(mutant):
+            noticed += weight * self.noticed[scope, test.name]
+            asked += weight * self.asked[scope, test.name]
         return noticed / asked / (test.most_s + 0.05)
 
 
-def concerned(tests, changed, functions=None, entered=None):
-    """The tests whose product has changed, and those of no product: they compile the sources themselves.
-
-    functions   those that have changed, and nothing else has: tests that execute none of them are left out
-    entered     the same of the unit tests' libraries
-    """
-    return [test for test in tests
-            if (not test.product or test.product in changed) and
-            (functions is None or test.executes is None or functions & test.executes) and
-            (entered is None or test.enters is None or entered & test.enters)]
-
-
-def affordable(tests, budget_s):
-    """The first of them that take no more CPU time than this; all without a budget."""
-    left, files = budget_s, set()
-    for n, test in enumerate(tests):
-        left -= test.cpu_s if test.file in files else test.most_s
-        files.add(test.file)
-        if budget_s and left < 0:
-            return tests[:n]
-    return tests
-
-
-def material(root, name):
-    """A hash of what a test is made of, as far as its folder goes."""
-    test = Test(name, None)
-    path = root / test.file
-    others = [p for p in sorted(path.parent.glob("*")) if p.is_file() and
-              (p == path or not p.name.startswith("test_") or p.stem == test.parameter)]
-    return digest(*[p.read_bytes() for p in others]) if path.exists() else ""
+def _scopes(mutant):
+    """Of which mutants something is known, and how much that says of this one."""
+    return (f"{mutant.file}|{mutant.function}", 4.0), (mutant.file, 2.0), (str(Path(mutant.file).parent), 0.5), ("", 0.2)

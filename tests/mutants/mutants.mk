@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-# Faults put into the drive, and who notices: docs/mutants.md. Included by the top Makefile, which defines PYTHON.
+# Mistakes put into the drive and its plant, and who notices: docs/mutants.md. Included by the top Makefile.
 
-mutants: LASTS = hours for the 220 of a whole run, minutes for N=10
-mutants: tools-test
+mutants: LASTS = some two hours for all 400, minutes for N=10; goes on where it was ended
+mutants: tools-test $(addprefix $(BUILD)/,eds/1/data_sheet_text.h fabric/contract3.h bringup/documented.h)
 	$(says)
 	@$(PYTHON) tests/mutants/run.py $(if $(N),--count $(N)) $(if $(filter-out file default,$(origin SEED)),--seed $(SEED)) \
 	    $(if $(FILES),--files '$(FILES)') $(if $(JOBS),--jobs $(JOBS)) \
-	    $(if $(RUNGS),--rungs '$(RUNGS)') $(if $(KEEP_GOING),--keep-going) $(if $(LISTED),--listed) \
-	    $(if $(BUDGET),--budget $(BUDGET)) $(if $(REMEMBER),--remember)
+	    $(if $(RUNGS),--rungs '$(RUNGS)') \
+	    $(if $(BUDGET),--budget $(BUDGET)) $(if $(REMEMBER),--remember) $(if $(PART),--part $(PART))
 
 .PHONY: mutants

@@ -1,127 +1,112 @@
 # SPDX-License-Identifier: MIT
-"""What came of it: a table by room and by kind, who noticed, and every survivor with its diff and reason."""
-import difflib
+"""What came of it: a table by room and by kind, every survivor, and docs/mutants.md."""
 import json
+import subprocess
 import tomllib
 from collections import Counter
+from datetime import date
 from pathlib import Path
 
-LEAST_PERCENT = 95
+from tools.pages import replace_block
+
+LEAST_PERCENT, ROOM_PERCENT = 90, 80
+ROOM_LEAST = 10  # mutants: of fewer a share says little
 FIELDS = ("file", "function", "original", "replacement")
+NAMES = {"qemu/twin": "plant (qemu/twin)", "qemu/launcher": "judge (qemu/launcher)", "qemu/client": "client (qemu/client)"}
 
 
-def load_reasons(path):
-    """{identity: reason} of the mutants that change nothing that matters."""
-    with open(path, "rb") as stream:
-        rows = tomllib.load(stream).get("mutant", [])
-    reasons = {}
-    for row in rows:
-        missing = [key for key in (*FIELDS, "reason") if not str(row.get(key, "")).strip()]
-        if missing:
-            raise ValueError(f"{path}: a mutant without {missing[0]}: {row}")
-        reasons["|".join([*(row[key] for key in FIELDS), str(row.get("nth", 1))])] = row["reason"]
-    return reasons
-
-
-def load_hints(path):
-    """{identity: the test that noticed it when somebody last looked}."""
-    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-
-
-def write_hints(path, judged, sources):
-    """Adds who noticed; what is no fault of these sources any more goes."""
-    present = {fault.identity for faults in sources.faults.values() for fault in faults}
-    hints = {identity: by for identity, by in load_hints(path).items() if identity in present}
-    hints |= {identity: entry["by"] for identity, (_, entry) in judged.items() if entry["by"]}
-    path.write_text(json.dumps(hints, indent=0, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-def complaints(judged, reasons, sources):
-    """One line for everything that makes the run fail."""
-    noticed = sum(entry["outcome"] == "noticed" for _, entry in judged.values())
-    if not judged or 100 * noticed < LEAST_PERCENT * len(judged):
-        yield f"{noticed} of {len(judged)} noticed, at least {LEAST_PERCENT} % are asked for"
-    for identity, (fault, entry) in judged.items():
-        if entry["outcome"] == "survived" and identity not in reasons:
-            yield f"{fault.file}:{fault.line}: nothing notices '{fault.replacement}' for '{fault.original}'"
-        if entry["outcome"] == "noticed" and identity in reasons:
-            yield f"equivalent.toml: {fault.file}:{fault.line} is noticed now, by {entry['by']}: take it out"
-    present = {fault.identity for faults in sources.faults.values() for fault in faults}
-    for identity in sorted(set(reasons) - present):
-        yield f"equivalent.toml: there is no such fault any more: {identity}"
-
-
-def diff(fault, text):
-    lines = difflib.unified_diff(text.splitlines(), fault.applied(text).splitlines(), fault.file, fault.file, n=1, lineterm="")
-    return "\n".join(lines)
+def load_survivors(path):
+    """{identity: row} of those that a person has looked at: `user`, what it would do to one, or `equivalent`, why nothing."""
+    known = {}
+    for row in tomllib.loads(path.read_text(encoding="utf-8")).get("mutant", []):
+        missing = [key for key in FIELDS if key not in row]
+        if missing or bool(row.get("user")) == bool(row.get("equivalent")):
+            raise ValueError(f"{path}: a mutant without {missing[0] if missing else 'either user or equivalent'}: {row}")
+        known["|".join([*(row[key] for key in FIELDS), str(row.get("nth", 1))])] = row
+    return known
 
 
 def room(file):
     parts = Path(file).parts
-    return "/".join(parts[:2]) if len(parts) > 2 else parts[0]
+    name = "/".join(parts[:2]) if len(parts) > 2 and parts[0] in ("firmware", "qemu") else parts[0]
+    return NAMES.get(name, name)
 
 
-def table(title, rows):
-    """Lines of a table from (what, outcome, rung)."""
-    total, noticed, rungs = Counter(), Counter(), Counter()
-    for what, outcome, rung in rows:
-        total[what] += 1
-        if outcome == "noticed":
-            noticed[what] += 1
-            rungs[what, rung] += 1
-    names = sorted({rung for _, rung in rungs})
-    width = max([len(title), *map(len, total)]) if total else len(title)
-    yield f"{title:<{width}}  mutants  noticed       " + "".join(f"{name:>13}" for name in names)
-    for what in (*sorted(total), None):
-        if what is None:
-            n, seen, by = sum(total.values()), sum(noticed.values()), Counter()
-            for (_, rung), count in rungs.items():
-                by[rung] += count
-        else:
-            n, seen, by = total[what], noticed[what], {name: rungs[what, name] for name in names}
-        yield (f"{what or 'all':<{width}}  {n:7}  {seen:7} {100 * seen / n if n else 0:4.0f} %" +
-               "".join(f"{by[name] or '-':>13}" for name in names))
+def counted(judged, known):
+    """[(mutant, entry)] of those that could be noticed."""
+    return [(mutant, entry) for identity, (mutant, entry) in judged.items() if entry["outcome"] == "noticed" or
+            entry["outcome"] == "survived" and not known.get(identity, {}).get("equivalent")]
 
 
-def spent(judged, tried):
-    """A line for each outcome: how many and what one took."""
-    times = {}
-    for _, entry in [*judged.values(), *tried.values()]:
-        times.setdefault(entry["outcome"], []).append((entry["build_s"], entry["tests_s"]))
-    for outcome, pairs in sorted(times.items()):
-        build_s, tests_s = (sum(column) / len(pairs) for column in zip(*pairs))
-        yield f"{outcome:<14} {len(pairs):4}: {build_s:.1f} s to build and {tests_s:.1f} s of tests each"
+def percent(entries):
+    return 100 * sum(entry["outcome"] == "noticed" for entry in entries) / len(entries) if entries else 0.0
 
 
-def noticers(judged):
-    """The tests that noticed first, most often first."""
-    by = Counter(entry["by"] for _, entry in judged.values() if entry["by"])
-    return [f"{count:4}  {name}" for name, count in sorted(by.items(), key=lambda item: (-item[1], item[0]))]
+def grouped(found, what=lambda mutant: room(mutant.file)):
+    groups = {}
+    for mutant, entry in found:
+        groups.setdefault(what(mutant), []).append(entry)
+    return [*sorted(groups.items()), ("all", [entry for _, entry in found])]
 
 
-def lines(judged, tried, reasons, sources):
-    found = list(judged.values())
-    yield from table("room", [(room(fault.file), entry["outcome"], entry.get("rung", "")) for fault, entry in found])
-    yield ""
-    yield from table("kind", [(fault.kind, entry["outcome"], entry.get("rung", "")) for fault, entry in found])
-    yield ""
-    yield from spent(judged, tried)
-    yield ""
-    yield "noticed first by"
-    yield from noticers(judged)
-    for identity, (fault, entry) in judged.items():
+def complaints(judged, known, sources):
+    """One line for everything that makes the run fail."""
+    found = counted(judged, known)
+    for name, entries in grouped(found):
+        least, enough = (LEAST_PERCENT, 1) if name == "all" else (ROOM_PERCENT, ROOM_LEAST)
+        if len(entries) >= enough and percent(entries) < least:
+            yield f"{name}: {percent(entries):.0f} % of {len(entries)} noticed, at least {least} % are asked for"
+    silent = [mutant for mutant, entry in found if entry["outcome"] == "survived" and mutant.identity not in known]
+    if silent:
+        yield f"survivors.toml does not say of {len(silent)} what they would do, the first {silent[0].file}:{silent[0].line}"
+    for identity, row in known.items():
+        if judged.get(identity, (None, {}))[1].get("outcome") == "noticed":
+            yield f"survivors.toml: {row['file']}: '{row['replacement']}' is noticed by {judged[identity][1]['by']}"
+        elif row["file"] not in sources.texts or identity not in {one.identity for one in sources.mutants(row["file"])}:
+            yield f"survivors.toml: there is no such mutant any more: {row['file']}: '{row['replacement']}'"
+
+
+def table(title, groups):
+    """Lines of a table from [(what, entries)]: how many, what share was noticed, by tests of which rung."""
+    rungs = sorted({entry["rung"] for _, entries in groups for entry in entries if entry["rung"]})
+    width = max(len(title), *(len(what) for what, _ in groups))
+    yield f"{title:<{width}}  mutants  noticed       " + "".join(f"{name:>13}" for name in rungs)
+    for what, entries in groups:
+        by = Counter(entry["rung"] for entry in entries if entry["outcome"] == "noticed")
+        yield (f"{what:<{width}}  {len(entries):7}  {sum(by.values()):7} {percent(entries):4.0f} %" +
+               "".join(f"{by[name] or '-':>13}" for name in rungs))
+
+
+def lines(judged, known):
+    found = counted(judged, known)
+    yield from table("room", grouped(found))
+    yield from ["", *table("kind", grouped(found, lambda mutant: mutant.kind)), ""]
+    others = Counter(entry["outcome"] for _, entry in judged.values()) - Counter(entry["outcome"] for _, entry in found)
+    yield from (f"{count} not counted: {'change nothing' if what == 'survived' else what}" for what, count in others.items())
+    for mutant, entry in found:
         if entry["outcome"] == "survived":
-            yield ""
-            yield f"survived: {fault.function} in {fault.file}:{fault.line} ({fault.kind}; {entry['how']})"
-            yield diff(fault, sources.texts[fault.file])
-            yield f"reason: {reasons.get(identity, 'none given')}"
+            yield f"\nsurvived: {mutant.file}:{mutant.line} {mutant.function} ({mutant.kind}; {entry['how']})"
+            yield f"- {mutant.original}\n+ {mutant.replacement}"
+            yield f"what it would do: {known.get(mutant.identity, {}).get('user', 'nobody has said yet')}"
 
 
-def write_json(path, judged, tried, reasons, sources, seed):
-    rows = [{"file": fault.file, "line": fault.line, "function": fault.function, "kind": fault.kind,
-             "original": fault.original, "replacement": fault.replacement, "nth": fault.nth,
-             **{key: entry.get(key) for key in ("outcome", "by", "how", "rung", "build_s", "tests_s")},
-             "reason": reasons.get(fault.identity), "diff": diff(fault, sources.texts[fault.file])}
-            for fault, entry in [*judged.values(), *tried.values()]]
-    noticed = sum(row["outcome"] == "noticed" for row in rows)
-    path.write_text(json.dumps({"seed": seed, "mutants": len(judged), "noticed": noticed, "rows": rows}, indent=1) + "\n")
+def write_json(path, judged, known, seed):
+    rows = [{**{key: getattr(mutant, key) for key in (*FIELDS, "nth", "line", "kind")},
+             **{key: entry[key] for key in ("outcome", "by", "how", "rung", "rungs", "build_s", "tests_s")},
+             **{key: known.get(identity, {}).get(key) for key in ("user", "equivalent")}}
+            for identity, (mutant, entry) in judged.items()]
+    path.write_text(json.dumps({"seed": seed, "rows": rows}, indent=1) + "\n")
+
+
+def write_page(path, judged, known, root, how):
+    """The block of docs/mutants.md: shares by room, and the survivors."""
+    found = counted(judged, known)
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=root, capture_output=True, text=True).stdout.strip()
+    text = [f"`{how}`, {date.today().isoformat()}, commit {commit}:", "", "| room | mutants | noticed |", "|---|---|---|"]
+    text += [f"| {name} | {len(entries)} | {percent(entries):.0f} % |" for name, entries in grouped(found)]
+    text += ["", "| survivor | mistake | what it would do to a user |", "|---|---|---|"]
+    for mutant, entry in sorted(found, key=lambda one: (one[0].file, one[0].line)):
+        if entry["outcome"] == "survived":
+            change = f"`{mutant.replacement or 'nothing'}` for `{mutant.original}`".replace("|", "\\|")
+            text.append(f"| {mutant.file}:{mutant.line} | {change} | {known.get(mutant.identity, {}).get('user', '')} |")
+    replace_block(path, "mutants", "\n".join(text) + "\n")

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""A worker's own copy of the project, in which one fault at a time is put in, built, compared, and taken out again."""
+"""A copy of the project: one with all mutants beside the original, chosen at run time; or one for one mutant after the other,
+put in, built, compared and taken out again."""
+import ast
 import hashlib
 import os
 import shutil
@@ -8,15 +10,26 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from elftools.common.exceptions import ELFError
-
 from mutants import reach
+from mutants.choose import with_all
 
-FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE")
-# no warning gives a mutant away, but what passes an integer for a pointer is not taken for C
-WARNINGS = "-Werror=int-conversion -Werror=incompatible-pointer-types"
+HERE = Path(__file__).resolve().parent
+FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE", "MUTANTS_NOW",
+           "MUTANTS_MET")
 BUILT = tuple(f"{name}/" for name in ("arm", "bringup", "eds", "fabric", "host", "qemu", "tests/target", "tests/unit"))
-WALL_S = 3600.0  # without a verdict by then the machine is at fault, not the mutant
+# No warning gives a mutant away. Programs of this machine are compiled with the selector; the controller's, from the same
+# sources, never have a mutant that is chosen at run time.
+SELECTING, ALONE = """\
+#!/bin/sh
+linked=yes
+for word; do
+    case $word in -c | -E | -S | -M | -MM | --version | -v | -print* | -dump*) linked= ;; esac
+done
+exec {compiler} -include {here}/selector.h "$@" ${{linked:+{folder}/selector.o}} -Wno-error
+""", """\
+#!/bin/sh
+exec {compiler} '-DMUTANT(n)=0' "$@" -Wno-error
+"""
 
 
 @dataclass(frozen=True)
@@ -24,8 +37,9 @@ class Project:
     """What is built, and what of it is looked at."""
     root: Path
     make: tuple                # make and its options
-    targets: tuple             # all products
-    objects: tuple             # globs of the objects that the faults' files are compiled into
+    host: tuple                # what tests play on this machine
+    image: tuple               # what they play on the controller, which its mutants change
+    objects: tuple             # globs of the objects that the image is made of
     products: tuple            # globs of what tests run
     objcopy: str
     compiler: str = "cc"       # of the objects
@@ -58,114 +72,102 @@ def tracked(root):
     return sorted(name for name in names if name and (root / name).is_file())
 
 
-def mirror(source, target, names, keep=(), same=None):
-    """Makes `target` hold exactly `names` of `source` and returns what had to go; top-level folders in `keep` are left alone.
+def mirror(source, target, names, keep=(), texts=None):
+    """Makes `target` hold exactly `names` of `source`; top-level folders in `keep` are left alone.
 
-    Without `same`, files of one time and size are taken for the same, and copies have the time of what they are copied from.
-    With it, it decides, and a copy is as new as it is.
+    Files of one time and size are taken for the same, and copies have the time of what they are copied from. With `texts`, a
+    file's text there counts instead of the source's, contents decide, and what is written is as new as it is.
     """
-    wanted, gone = set(names), []
-    if target.exists():
-        for folder, folders, files in os.walk(target):
-            here = Path(folder).relative_to(target)
-            folders[:] = [name for name in folders if not (here == Path(".") and name in keep)]
-            for name in files:
-                if str(here / name) not in wanted:
-                    os.unlink(target / here / name)
-                    gone.append(str(here / name))
-    for name in wanted:
+    for name in {*inside(target, keep)} - {*names}:
+        (target / name).unlink()
+    for name in names:
         one, two = source / name, target / name
-        if not (two.is_file() and (same or _same_time)(one, two)):
-            two.parent.mkdir(parents=True, exist_ok=True)
-            (shutil.copy if same else shutil.copy2)(one, two)
-    return gone
+        two.parent.mkdir(parents=True, exist_ok=True)
+        if texts is not None and two.is_file():
+            content = texts[name].encode() if name in texts else one.read_bytes()
+            if two.read_bytes() != content:
+                two.write_bytes(content)
+        elif not two.is_file() or (one.stat().st_mtime_ns, one.stat().st_size) != (two.stat().st_mtime_ns, two.stat().st_size):
+            shutil.copy2(one, two)
 
 
-def _same_time(one, two):
-    a, b = one.stat(), two.stat()
-    return a.st_mtime_ns == b.st_mtime_ns and a.st_size == b.st_size
-
-
-def _same_content(one, two):
-    return one.read_bytes() == two.read_bytes()
-
-
-def inside(folder):
-    return [str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()] if folder.exists() else []
+def inside(folder, without=()):
+    """The files in it, by their paths there."""
+    return [str(Path(place, name).relative_to(folder)) for place, _, names in os.walk(folder) for name in names
+            if Path(place).relative_to(folder).parts[:1] not in [(one,) for one in without]]
 
 
 class Tree:
-    def __init__(self, project, folder, cpu=None):
-        self.project, self.root, self.cpu = project, folder / "tree", cpu
-        self.snapshot = folder / "as_it_was"
-        self.group, self.times = None, None
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, compiler in (("cc", os.environ.get("HOSTCC") or "cc"), ("cc-arm", project.compiler)):
-            (folder / name).write_text(f'#!/bin/sh\nexec {compiler} "$@" -Wno-error {WARNINGS}\n')
-            (folder / name).chmod(0o755)
+    def __init__(self, project, folder):
+        self.project, self.root = project, folder / "tree"
+        self.folder, self.snapshot = folder, folder / "as_it_was"
+        self.times, self.objects, self.products, self.running = None, {}, {}, set()
+        (folder / "bin").mkdir(parents=True, exist_ok=True)
+        host = os.environ.get("HOSTCC") or "cc"
+        for name, compiler, text in (("cc", host, SELECTING), ("gcc", host, SELECTING), ("cc-arm", project.compiler, ALONE),
+                                     ("arm-none-eabi-gcc", project.compiler, ALONE)):
+            (folder / "bin" / name).write_text(text.format(compiler=shutil.which(compiler), here=HERE, folder=folder))
+            (folder / "bin" / name).chmod(0o755)
+        subprocess.run([host, "-O2", "-fPIC", "-c", HERE / "selector.c", "-o", folder / "selector.o"], check=True)
 
     def environment(self):
-        """Without the user's choices, and with warnings that are no errors for whatever is built on the way."""
+        """Without the user's choices."""
         kept = {key: value for key, value in os.environ.items() if key not in FOREIGN and not key.startswith("PYTEST_")}
-        return {**kept, "BUILD": "build", "HOSTCC": "../cc", "NO_INSTALL": "1", "MAKEFLAGS": "CC_ARM=../cc-arm",
-                "PYTHONDONTWRITEBYTECODE": "1"}
+        wrappers = self.folder / "bin"
+        return {**kept, "BUILD": "build", "HOSTCC": str(wrappers / "cc"), "NO_INSTALL": "1", "PYTHONDONTWRITEBYTECODE": "1",
+                "MAKEFLAGS": f"CC_ARM={wrappers / 'cc-arm'}", "PATH": f"{wrappers}:{os.environ['PATH']}"}
 
-    def run(self, command, extra=None):
-        """(status, output); ends everything it started."""
-        if self.cpu is not None:
-            os.sched_setaffinity(0, {self.cpu})  # of this thread, and so of what it starts
-        process = subprocess.Popen(command, cwd=self.root, env={**self.environment(), **(extra or {})}, text=True,
-                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                   errors="replace", start_new_session=True)
-        self.group = process.pid
-        try:
-            output, _ = process.communicate(timeout=WALL_S)
-        except subprocess.TimeoutExpired as error:
-            raise Trouble(f"'{' '.join(command[:4])} ...' has not ended after {WALL_S:g} s") from error
-        finally:
-            self.stop()
-            process.wait()
-        return process.returncode, output
+    def start(self, command, extra=None, **more):
+        """A process of this tree."""
+        process = subprocess.Popen(command, cwd=self.root, env={**self.environment(), **(extra or {})},
+                                   stdin=subprocess.DEVNULL, start_new_session=True, **more)
+        self.running = {one for one in self.running if one.poll() is None} | {process}
+        return process
 
     def stop(self):
-        """Ends what runs in this tree now."""
-        if self.group is not None:
-            try:
-                os.killpg(self.group, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
-            self.group = None
+        """Ends what runs in this tree now, with all that it has started."""
+        for process in self.running:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
 
-    # ---- as it was ----
-
-    def prepare(self):
-        """The project as it is, built. What an interrupted run left of a mutant goes first."""
-        mirror(self.snapshot, self.root / "build", inside(self.snapshot))
-        new = not self.root.exists()
-        gone = mirror(self.project.root, self.root, tracked(self.project.root), ("build",), None if new else _same_content)
-        if new:
-            self._take_what_is_built()
-        if gone or self.build(self.project.targets)[0]:  # perhaps of products whose sources are not there any more
-            for folder in (self.root / "build", self.snapshot):
-                shutil.rmtree(folder, ignore_errors=True)
-            status, output = self.build(self.project.targets)
-            if status:
-                raise Trouble("the tree as it is does not build:\n" + last_lines(output))
-
-    def _take_what_is_built(self):
-        """Of the project itself, whose times the copies have: what is stale there is built here."""
-        source = self.project.root / "build"
-        names = [name for name in inside(source) if "/" not in name or name.startswith(BUILT)]
-        mirror(source, self.root / "build", names)
+    def run(self, command):
+        """(status, output)."""
+        process = self.start(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+        output, _ = process.communicate()
+        return process.returncode, output
 
     def build(self, targets):
         return self.run([*self.project.make, *targets])
+
+    # ---- as it was, with all mutants beside it ----
+
+    def prepare(self, targets, numbered=()):
+        """The project, with these mutants beside the original, [(number, mutant)], built. What an interrupted run left goes."""
+        source, texts = self.project.root, {}
+        for file in {mutant.file for _, mutant in numbered}:
+            text = (source / file).read_text(encoding="utf-8")
+            texts[file] = headed(file, with_all(text, [(number, one) for number, one in numbered if one.file == file]))
+        names = tracked(source)
+        if not self.root.exists():
+            mirror(source, self.root, names)
+            mirror(source / "build", self.root / "build", [name for name in inside(source / "build", ("mutants",))
+                                                           if "/" not in name or name.startswith(BUILT)])
+        elif self.snapshot.exists():
+            mirror(self.snapshot, self.root / "build", inside(self.snapshot))
+        mirror(source, self.root, names, ("build",), texts)
+        if self.build(targets)[0]:  # perhaps of products whose sources are not there any more
+            for folder in (self.root / "build", self.snapshot):
+                shutil.rmtree(folder, ignore_errors=True)
+            status, output = self.build(targets)
+            if status:
+                raise Trouble("the tree as it is does not build:\n" + last_lines(output))
 
     def keep(self):
         """Takes the present products as those to go back to."""
         mirror(self.root / "build", self.snapshot, inside(self.root / "build"))
         self.objects = {path: self._code(path) for path in self._found(self.project.objects)}
-        self.products = {path: self._content(path) for path in self._found(self.project.products)}
+        self.products = {path: self._through_objcopy(path, "-O", "binary") for path in self._found(self.project.products)}
 
     def _found(self, globs):
         return sorted(str(p.relative_to(self.root)) for pattern in globs for p in self.root.glob(pattern))
@@ -178,47 +180,51 @@ class Tree:
         """Of an object: everything but what is for the debugger."""
         return self._through_objcopy(path, "--strip-debug")
 
-    def _content(self, path):
-        """Of a linked program: its bytes in memory."""
-        return self._through_objcopy(path, "-O", "binary")
-
     def _through_objcopy(self, path, *options):
-        out = self.root.parent / "objcopy.out"
+        out = self.folder / "objcopy.out"
         status = subprocess.run([self.project.objcopy, *options, str(self.root / path), str(out)], capture_output=True)
         return digest(out.read_bytes()) if status.returncode == 0 else digest((self.root / path).read_bytes())
 
-    # ---- with a fault ----
+    # ---- with one mutant in the image ----
 
-    def insert(self, fault, text):
-        """'' if there is a mutant to be tested now, or why there is none."""
-        path = self.root / fault.file
-        if path.read_text(encoding="utf-8") != text:
-            raise Trouble(f"{fault.file} was changed while this ran; start it again")
-        self.times = path.stat().st_atime_ns, path.stat().st_mtime_ns
-        path.write_text(fault.applied(text), encoding="utf-8")
-        if self.build(self.objects)[0]:  # alone: many a fault in a header changes none of them
+    def insert(self, mutant):
+        """'' if the image is another one now, or why there is none to be tested."""
+        path = self.root / mutant.file
+        text = path.read_text(encoding="utf-8")
+        self.times = path.stat().st_atime_ns, path.stat().st_mtime_ns, text
+        path.write_text(mutant.applied(text), encoding="utf-8")
+        if self.build(self.objects)[0]:
             return "does not build"
         changed = [path for path in self.objects if self._changed(path)]
         if all(self._code(path) == self.objects[path] for path in changed):
             return "same code"
-        return "does not build" if self.build(self.project.targets)[0] else ""
+        return "does not build" if self.build(self.project.image)[0] else ""
 
     def changed_products(self):
         return {path for path in self._found(self.project.products)
-                if self._changed(path) and self._content(path) != self.products.get(path)}
+                if self._changed(path) and self._through_objcopy(path, "-O", "binary") != self.products.get(path)}
 
     def changed_functions(self):
         """Those that differ, if nothing else does; else None."""
         paths = [path for path in self.objects if self._changed(path) and self._code(path) != self.objects[path]]
-        pairs = [(self.snapshot / Path(path).relative_to("build"), self.root / path) for path in paths]
-        try:
-            return reach.changed_functions(pairs)
-        except (ELFError, OSError):
-            return None  # there is none now, or it is no ELF file
+        return reach.changed_functions([(self.snapshot / Path(path).relative_to("build"), self.root / path) for path in paths],
+                                       self.project.objcopy.replace("objcopy", "objdump"))
 
-    def restore(self, file, text):
+    def restore(self, mutant):
         """Source and products back, with their times, so that nothing is built or kept by mistake."""
-        (self.root / file).write_text(text, encoding="utf-8")
+        path = self.root / mutant.file
         if self.times:
-            os.utime(self.root / file, ns=self.times)
+            path.write_text(self.times[2], encoding="utf-8")
+            os.utime(path, ns=self.times[:2])
         mirror(self.snapshot, self.root / "build", inside(self.snapshot))
+
+
+def headed(file, text):
+    """Python says what `_mutant` is before it uses it, on the line of the first statement that may stand behind it."""
+    if not file.endswith(".py"):
+        return text
+    body = [node for node in ast.parse(text).body if not isinstance(getattr(node, "value", None), ast.Constant) and
+            getattr(node, "module", "") != "__future__"]
+    lines, first = text.split("\n"), min([body[0].lineno, *[one.lineno for one in getattr(body[0], "decorator_list", [])]]) - 1
+    lines[first] = f"exec(open({str(HERE / 'selector.py')!r}).read())\n{lines[first]}"
+    return "\n".join(lines)

@@ -3,7 +3,7 @@
 # structures in the test's memory, the core and the console are tests/unit/host. Included by the top Makefile, which defines
 # BUILD, HOSTCC, Q and say.
 
-UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all -finstrument-functions \
+UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all \
     -fsanitize-coverage=trace-pc \
     -Wall -Wextra -Werror \
     -Wno-int-to-pointer-cast -Itests/unit/host -I.
@@ -19,7 +19,7 @@ UNIT_SRC := $(filter-out %/device.c %/contract.c, \
 UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
 UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/monitor/device.c drivers/mss/sysreg.c \
     $(addprefix drivers/mss/,cache.c timer.c gpio.c mmuart.c rs485.c) \
-    $(addprefix tests/unit/host/,reach.c interrupt.c system/*.c))
+    $(addprefix tests/unit/host/,interrupt.c system/*.c))
 
 unit: $(addprefix $(BUILD)/tests/unit/,firmware.so system.so two_axes.so two_axes_buses.so)
 .PHONY: unit

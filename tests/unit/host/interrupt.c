@@ -14,7 +14,7 @@ const volatile uint32_t *host_exclusive[2]; /* NULL: nothing is looked at */
 uint64_t host_first_set_at;                 /* the block at which the first word was set for the first time; 0: never */
 uint64_t host_both_set;                     /* blocks at which both were */
 
-__attribute__((no_sanitize_coverage, no_instrument_function)) void __sanitizer_cov_trace_pc(void);
+__attribute__((no_sanitize_coverage)) void __sanitizer_cov_trace_pc(void);
 
 void __sanitizer_cov_trace_pc(void)
 {
