@@ -4,7 +4,8 @@
 # and checks the symbols when it is loaded, and says in one line what does not fit.
 
 # No pairs of scalars as vectors: a pair written one by one and read together, as the cycle counts are for every
-# instruction and the slopes for every step, stalls each time; and with -flto a function takes the options of the file it is inlined into.
+# instruction and the slopes for every step, stalls each time; and with -flto a function takes the options of the file it
+# is inlined into.
 # Nobody looks at errno or at floating-point exceptions; of what changes a result, nothing is allowed.
 TWIN_CFLAGS := -std=gnu11 -O3 -fno-tree-vectorize -fno-math-errno -fno-trapping-math -flto=auto -g -fPIC \
     -fvisibility=hidden -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror
