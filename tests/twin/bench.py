@@ -18,6 +18,8 @@ PERIOD_PS = PERIOD_COUNTS * CLOCK_PS
 
 class Models(Library):
     """The models (plant.mk), made when the first of them is asked for."""
+    structure = ctypes.Structure  # pairs and views are short: c.dq(d, q)
+
     def __init__(self):
         pass
 

@@ -31,6 +31,7 @@ class Named(ctypes.Structure):
 
 class Library:
     motors = 1  # for so many it is compiled
+    structure = Named
 
     def __init__(self, path):
         self._library = ctypes.CDLL(str(path))
@@ -122,7 +123,7 @@ class Library:
         self._made[die.number] = kind
 
     def _structure_type(self, die):
-        self._aggregate(die, Named)
+        self._aggregate(die, self.structure)
 
     def _union_type(self, die):
         self._aggregate(die, ctypes.Union)
