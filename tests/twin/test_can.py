@@ -213,15 +213,16 @@ class Bus:
 
 @pytest.fixture
 def alone():
-    return Bus()
+    b = Bus()
+    yield b
+    b.wait(10**9)  # the next one begins on a bus that is at rest
 
 
 @pytest.fixture
-def bus():
-    b = Bus().on()
-    b.hears("< hi >< others 1 0 >")
-    b.told()
-    return b
+def bus(alone):
+    alone.on().hears("< hi >< others 1 0 >")
+    alone.told()
+    return alone
 
 
 def frame_ns(id_):
