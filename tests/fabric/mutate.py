@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Puts each fault of tests/fabric/mutants.toml into a copy of the RTL and asks the proofs to refute it.
 
-mutate.py [--all] [FILE ...]   prints one line a file and one for each fault that survives; exits 1 if one does
-
-Without --all or a FILE it takes one fault in three, which differ from commit to commit.
+mutate.py [FILE ...]   prints one line a file and one for each fault that survives; exits 1 if one does
 
 A fault is refuted by a run from reset that breaks a promise, or, where none is found, by an induction that fails.
 """
-import hashlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import tomllib
@@ -23,7 +19,6 @@ from places import ROOT, RTL
 MUTANTS = ROOT / "tests/fabric/mutants.toml"
 # by how many clocks runs from reset are longer than the proof's depth, unless the proof has its own `further`
 FURTHER = 6
-ONE_IN = 3
 
 
 def load(path=MUTANTS):
@@ -69,18 +64,9 @@ def refuted(fault, proofs):
     return None
 
 
-def drawn(faults):
-    """Every third, after they have been shuffled by what the commit is called."""
-    commit = subprocess.run(["sh", ROOT / ".ci/commit"], capture_output=True, check=True).stdout
-    return sorted(faults, key=lambda fault: hashlib.blake2b(repr(fault).encode() + commit).digest())[::ONE_IN]
-
-
 def main(names):
     proofs = prove.load()
-    whole = "--all" in names
-    names = [name for name in names if name != "--all"]
     faults = [fault for fault in load() if not names or fault[0] in names]
-    faults = faults if whole or names else sorted(drawn(faults))
     tally, survived = {}, []
     try:
         with ThreadPoolExecutor(2) as pool:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tools import passed
+
 ROOT = Path(__file__).resolve().parents[2]
 HERE = "7 passed, 3 deselected in 1.50s"
 READY = "echo 'on Debian 99: set up'\n"
@@ -51,16 +53,49 @@ def test_a_failure_here_is_the_last_line_and_the_status(tmp_path):
 
 def test_without_the_formatter_the_rest_runs_and_that_is_said(tmp_path):
     status, lines = ci_run(tmp_path, RAN + "echo '9 passed in 2.00s'", formatter="echo 'no network' >&2; exit 1")
-    assert status == 0 and "make lint" not in lines and "make prove" in lines
+    assert status == 0 and "make lint" not in lines and "make prove ALL=1" in lines
     assert lines[-3] == "mssfoc: formatting was not judged: no network" and lines[-1] == HERE
 
 
 @pytest.mark.parametrize("workers, fails, status", [((), "", 0), (("-n", "1"), "", 0), (("-n", "1"), "assert 0", 1)])
 def test_a_session_ends_in_time_and_fails_for_failures_alone(workers, fails, status, tmp_path):
-    shutil.copytree(ROOT / "tests/unit", tmp_path / "tests/unit", ignore=shutil.ignore_patterns("test_*", "*.c", "*.h"))
-    shutil.copy2(ROOT / "tests/conftest.py", tmp_path / "tests/conftest.py")
+    for name in ("tests/unit/register_pages.py", "tests/conftest.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, tmp_path / name)
     (tmp_path / "tests/test_some.py").write_text(
         f"import pytest, time\n@pytest.mark.parametrize('n', range(100))\ndef test_one(n):\n    time.sleep(0.5)\n    {fails}\n")
     result = subprocess.run([sys.executable, "-m", "pytest", "-q", *workers, "-p", "no:cacheprovider",
                              "--until=1", "tests"], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == status and "time was up after 1 tests" in result.stdout, result.stdout
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A repository with a file wherever proofs and RTL look."""
+    for path in sorted({path for paths, _ in passed.INPUTS.values() for path in paths} | {"docs/other.md"}):
+        file = tmp_path / (path.replace("*", "any") if "." in Path(path).name or path == "Makefile" else f"{path}/one.c")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("1")
+    subprocess.run("git init -q . && git add -A", shell=True, check=True, cwd=tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", sorted(passed.INPUTS))
+def test_what_passed_is_not_played_again_unless_an_input_is_another(name, tree):
+    before, seen = passed.digest(name, tree), set()
+    for file in sorted(path for path in tree.rglob("*") if path.is_file() and ".git" not in path.parts):
+        file.write_text("2")
+        after = passed.digest(name, tree)
+        seen |= {path for path in before if before[path] != after[path]}
+        file.write_text("1")
+        assert (before == passed.digest(name, tree)) and ("docs/other.md" not in str(file) or before == after)
+    assert seen == set(passed.INPUTS[name][0])
+
+
+def test_inputs_that_are_remembered_are_those_of_each_tool(tmp_path, monkeypatch):
+    monkeypatch.setattr(passed, "KEPT", tmp_path / "passed.toml")
+    assert passed.others("prove") == list(passed.digest("prove"))
+    passed.remember("prove")
+    assert not passed.others("prove") and passed.others("fabric")
+    monkeypatch.setitem(passed.INPUTS, "prove", (passed.INPUTS["prove"][0], ("z3 --help",)))
+    assert passed.others("prove") == ["z3"]
