@@ -113,7 +113,7 @@ def test_a_fault_that_comes_while_another_is_cleared_stays_and_locks_out(c):
         assert bool(w.axis.faults.cause) == bool(w.axis.loop.locked_out), f"block {at}"
         if not came:
             break
-    assert at > 3 and not came
+    assert at >= 3 and not came
 
 
 # ---- an over-current: gates first ----
@@ -128,7 +128,7 @@ def test_gates_are_off_before_an_overcurrent_is_analysed(c):
         w.axis.faults.cause = 0
         if not interrupted(c, lambda: c.drive_sample_fault(w.axis), lambda: gates.append(w.fabric.gate.CONTROL), at):
             break
-    assert len(gates) > 100 and sum(gates) < 40, f"live for {sum(gates)} of {len(gates)} blocks"
+    assert len(gates) > 50 and sum(gates) < 40, f"live for {sum(gates)} of {len(gates)} blocks"
 
 
 # ---- two contexts, one decision ----

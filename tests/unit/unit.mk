@@ -4,7 +4,7 @@
 # BUILD, HOSTCC, Q and say.
 
 UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all \
-    -fsanitize-coverage=trace-pc \
+    -fsanitize-coverage=trace-pc -fno-inline \
     -Wall -Wextra -Werror \
     -Wno-int-to-pointer-cast -Itests/unit/host -I.
 
