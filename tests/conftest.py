@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Where everything is: tests run from the repository's root, products are in $BUILD, the launcher is a package in qemu/."""
 import gc
-import hashlib
 import itertools
 import os
 import sys
@@ -10,12 +9,8 @@ from pathlib import Path
 
 import pytest
 
-SHORT = "tests/unit/"
-# what each of them has whole; of what plays the image and takes its time, one test in so many, drawn by its name
-WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets", "silicon", "mutants", "twin")),
-         "tests/campaign/test_lots.py", "tests/guides/test_adding.py", "tests/closed_loop/test_scenarios.py::test_scenario[")
-ONE_IN = {"--sample": 5, "--most": 4}
 ROOT = Path(__file__).resolve().parents[1]
+SHORT = ROOT / "tests/short.txt"
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
 os.environ.setdefault("BUILD", "build")
@@ -59,12 +54,9 @@ def pytest_terminal_summary(terminalreporter):
 
 
 def pytest_addoption(parser):
-    parser.addoption("--sample", action="store_true",
-                     help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
-                          " the image, one test in five")
+    parser.addoption("--short", action="store_true", help="what tests/short.txt names: as `make test` has it")
+    parser.addoption("--night", action="store_true", help="what is marked `night`, too")
     parser.addoption("--until", type=float, help="seconds since 1970: what has not begun by then is left out, and said")
-    parser.addoption("--most", action="store_true",
-                     help="without what is marked `long`, half a minute for one case more; of what plays the image, a fourth")
 
 
 class Until:
@@ -93,32 +85,31 @@ class Until:
 def pytest_configure(config):
     if config.getoption("--until"):
         config.pluginmanager.register(Until(config))
-    config.addinivalue_line("markers", "rest: more of what other tests show; `make test ALL=1`, and so .ci/run, has it")
-    config.addinivalue_line("markers", "long: the same, for a night: only `make test ALL=2` has it")
+    config.addinivalue_line("markers", "night: a campaign over motors, angles and seeds; ALL=2 has it, and no promise needs it")
 
 
 def pytest_collection_modifyitems(config, items):
-    left = {"--sample": ("rest", "long"), "--most": ("long",)}
-    names = {name for option, marks in left.items() if config.getoption(option) for name in marks}
-    one_in = next((many for option, many in ONE_IN.items() if config.getoption(option)), 1)
+    short = tuple(names(SHORT)) if config.getoption("--short") else ("",)
+    for name in short:
+        if not any(item.nodeid.startswith(name) for item in items):
+            raise pytest.UsageError(f"{SHORT.name} names {name}, and there is no such test")
     kept, left_out = [], []
     for item in items:
-        out = any(item.get_closest_marker(name) for name in names) or not _drawn(item.nodeid, one_in)
-        (left_out if out else kept).append(item)
+        at_night = item.get_closest_marker("night") and not config.getoption("--night")
+        (left_out if at_night or not item.nodeid.startswith(short) else kept).append(item)
     config.hook.pytest_deselected(items=left_out)
-    items[:] = kept
-    items[:] = _mixed(items)
+    items[:] = _mixed(kept)
 
 
-def _drawn(nodeid, one_in):
-    return nodeid.startswith(WHOLE) or hashlib.blake2b(nodeid.encode(), digest_size=8).digest()[-1] % one_in == 0
+def names(path):
+    return [line for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
 
 
 def _mixed(items):
     """The files with many short tests between the others: xdist's first portions, each of so many neighbours, must not be the
     longest, or one worker is left with its own when all others have ended."""
     files = [list(group) for _, group in itertools.groupby(items, key=lambda item: item.nodeid.split("::")[0])]
-    short = [file for file in files if file[0].nodeid.startswith(SHORT)]
-    long = [file for file in files if not file[0].nodeid.startswith(SHORT)]
+    short = [file for file in files if file[0].nodeid.startswith("tests/unit/")]
+    long = [file for file in files if not file[0].nodeid.startswith("tests/unit/")]
     places = [((n + 0.5) / len(group), file) for group in (short, long) for n, file in enumerate(group)]
     return [item for _, file in sorted(places, key=lambda place: place[0]) for item in file]

@@ -10,11 +10,11 @@ from budgets.figures import load_budgets
 from launcher.paths import build_dir
 from rates.builds import RATES_HZ, SAMPLE_HZ
 
-def _measured(folder, sample):
+def _measured(folder, short):
     """{part: rows}. Every process of this session begins with what no other has begun, and waits for the rest in the end."""
     parts = {"as built": measure_as_built, "ends": measure_ends,
-             "variants": lambda: measure_variants(rates_hz=SAMPLE_HZ if sample else RATES_HZ)}
-    if not sample:
+             "variants": lambda: measure_variants(rates_hz=SAMPLE_HZ if short else RATES_HZ)}
+    if not short:
         parts["another seed"] = lambda: measure_as_built(seed=2)
     for how in (fcntl.LOCK_NB, 0):
         for name, part in parts.items():
@@ -33,10 +33,10 @@ def _measured(folder, sample):
 def measured(tmp_path_factory, request):
     alone = not hasattr(request.config, "workerinput")
     base = tmp_path_factory.getbasetemp()
-    sample = request.config.getoption("--sample", False)
-    parts = _measured(base if alone else base.parent, sample)
+    short = request.config.getoption("--short", False)
+    parts = _measured(base if alone else base.parent, short)
     own = with_ends({**parts["as built"], **parts["variants"]}, parts["ends"])
-    if not sample:
+    if not short:
         (build_dir() / "bench.json").write_text(json.dumps(own, indent=1) + "\n")
     return {"1": own, "2": parts.get("another seed")}
 
@@ -48,7 +48,7 @@ def bench(measured):
 
 @pytest.fixture(scope="session")
 def budgets_of_bench(request):
-    """Of what is measured: a sample leaves out some PWM rates."""
+    """Of what is measured: `make test` leaves out some PWM rates."""
     rows = load_budgets()["cycles"]
-    left_out = set(RATES_HZ) - set(SAMPLE_HZ) if request.config.getoption("--sample", False) else ()
+    left_out = set(RATES_HZ) - set(SAMPLE_HZ) if request.config.getoption("--short", False) else ()
     return {name: row for name, row in rows.items() if name not in {f"rate.{hz}" for hz in left_out}}

@@ -81,7 +81,6 @@ STEPS = ("drive_step.speed", "drive_step.torque", "drive_step.position", "slow_l
 JITTER = "current_loop.write"  # its largest is by what the core had to end first: chance. The budget holds it.
 
 
-@pytest.mark.rest
 def test_figures_do_not_depend_on_the_seed(measured):
     # how many interrupts stood apart from others, and so were counted, is chance, and so are both ends of the jitter's row;
     # what each took is not
@@ -92,7 +91,6 @@ def test_figures_do_not_depend_on_the_seed(measured):
     assert first == second and len(first) > 60
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("row", STEPS)
 def test_whole_steps_depend_on_the_seed_by_what_the_bus_measures(measured, row):
     """It has noise, and near the limit of the voltage a step has more to do."""

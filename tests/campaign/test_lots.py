@@ -13,13 +13,10 @@ from launcher.verdict import TRUE, WORKS
 
 EXPECTED = load_expected()
 LOTS = range(1, 9)
-STRIDE, FIRST = 6, 2  # of these in `make test`
-SLOW = (4, 5, 6, 7)
+FIRST = 2  # of which the other cases of PART=lot are played
 
 
-@pytest.mark.parametrize("lot", [
-    pytest.param(lot, marks=() if lot % STRIDE == FIRST else pytest.mark.long if lot in SLOW else pytest.mark.rest)
-    for lot in LOTS])
+@pytest.mark.parametrize("lot", LOTS)
 def test_lot(lot, tmp_path):
     case = Case(f"lot:{lot}", "default", 1)
     outcome = run_case(case, tmp_path)
@@ -29,20 +26,15 @@ def test_lot(lot, tmp_path):
 
 
 # with limits by encoder, friction and power: fixed ones said wrong of each
-RELATIVE = [("lot:19", "power_limit", pytest.mark.rest), ("lot:54", "position", pytest.mark.rest),
-            ("lot:105", "position", pytest.mark.long)]
-
-
-@pytest.mark.parametrize("motor, scenario", [pytest.param(*case, marks=mark) for *case, mark in RELATIVE])
+@pytest.mark.parametrize("motor, scenario", [("lot:19", "power_limit"), ("lot:54", "position"), ("lot:105", "position")])
 def test_a_limit_is_relative_to_the_motor(motor, scenario, tmp_path):
     outcome = run_case(Case(motor, scenario, 1), tmp_path)
     assert outcome["word"] == WORKS, outcome.get("cause")
 
 
 def others():
-    """The other cases of PART=lot, of the first lot that is met in `make test`."""
     cases = cases_of(FIRST)[1:]
-    return [pytest.param(case, marks=() if case in cases[:3:2] else pytest.mark.long, id=case.key) for case in cases]
+    return [pytest.param(case, marks=() if case in cases[:3:2] else pytest.mark.night, id=case.key) for case in cases]
 
 
 @pytest.mark.parametrize("case", others())

@@ -8,14 +8,12 @@ import pytest
 from launcher.parts import PARTS, parse, plan_part, run_part_case
 
 EXPECTED_FILE = Path(__file__).with_name("expected_parts.toml")
-SAMPLE = [
+CASES = [
     "start:teknic_m2310p/free/90", "start:maxon_ec22/hoist20/1", "start:teknic_m2310p/again/135",
     "wiring:teknic_m2310p/swap_BC", "wiring:mjbots_mj5208/open_B", "supervision:teknic_m2310p/slip60/speed100/load50",
     "supervision:maxon_ec45flat/open_A/speed50/load50", "detune:maxon_ec22/default/L*2",
     "sensorless:teknic_m2310p/flying/-60", "sensorless:maxon_ec45flat/lost/thrown", "saliency:thor_pmsyrm/lock/90",
     "start:lot:28/hoist50/30", "start:lot:28/hoist50/90", "start:lot:22/hoist20/0",
-]
-REST = [
     "wiring:teknic_m2310p/pole_pairs=5", "supervision:teknic_m2310p/quickstop/no_chopper", "start:dys_be8108/friction20/180",
     "wiring:maxon_ec45flat/counts*1.02", "wiring:teknic_m2310p/turning_3",
     "wiring:teknic_m2310p/sensor_B_negative", "wiring:estun_emj04apb22/encoder_reversed",
@@ -28,7 +26,7 @@ LONG = ["identify:maxon_ec45flat/seed2", "wiring:qs138_3kw/encoder_frozen", "sup
         "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1", "identify:lot:112/seed1"]
 HOISTED = ("lot:22", "lot:28")  # an outrunner and a traction motor, from twelve angles: right, or not at all
 LONG += sorted({f"start:{motor}/hoist{size}/{angle}" for motor in HOISTED for size in (20, 50) for angle in range(0, 360, 30)}
-               - set(SAMPLE)) + ["start:lot:28/hoist50/200"]
+               - set(CASES)) + ["start:lot:28/hoist50/200"]
 
 
 def expected(path=EXPECTED_FILE):
@@ -36,9 +34,8 @@ def expected(path=EXPECTED_FILE):
     return {parse(key): cause["text"] for cause in tomllib.loads(path.read_text()).get("cause", []) for key in cause["cases"]}
 
 
-@pytest.mark.parametrize("case", [parse(key) for key in SAMPLE] + [
-    pytest.param(parse(key), marks=mark) for keys, mark in ((REST, pytest.mark.rest), (LONG, pytest.mark.long))
-    for key in keys], ids=lambda case: case.key)
+@pytest.mark.parametrize("case", [parse(key) for key in CASES] + [
+    pytest.param(parse(key), marks=pytest.mark.night) for key in LONG], ids=lambda case: case.key)
 def test_case(case, tmp_path):
     outcome, known = run_part_case(case, tmp_path), expected()
     assert outcome["passed"] or case in known, f"{case.command} fails: {outcome['outcome']}: {outcome['why']}"
@@ -46,7 +43,7 @@ def test_case(case, tmp_path):
 
 
 def test_the_sample_is_of_every_part_and_the_list_of_the_sample():
-    cases = [parse(key) for key in SAMPLE + REST + LONG]
+    cases = [parse(key) for key in CASES + LONG]
     assert {case.part for case in cases} == set(PARTS) and set(expected()) <= set(cases)
     for case in cases:
         load, *rest = case.what.split("/")

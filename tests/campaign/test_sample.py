@@ -15,7 +15,6 @@ from launcher.paths import MOTORS, SCENARIOS
 EXPECTED = load_expected()
 STRIDE = 5  # over the motors: each is met about equally often, and neighbours in the list are not
 ELSEWHERE = {"field_weakening": "qs138_3kw", "overmodulation": "thor_pmsyrm"}  # not every motor can show these
-FEW, FIRST = 8, 1  # of these is one in `make test`; that one
 DETUNED = [Case("teknic_m2310p", "default", 1, detune) for detune in
            ("resistance_mohm*1.3 flux_uwb*0.9", "ld_uh*0.7 lq_uh*0.7", "inertia_gmm2*2")]
 
@@ -36,12 +35,7 @@ def starts_anew(scenario):
     return "common/recover_reset" in (SCENARIOS / f"{scenario}.toml").read_text()
 
 
-def mark_of(number):
-    return () if number % FEW == FIRST else (pytest.mark.long, pytest.mark.rest)[number % 2]
-
-
-@pytest.mark.parametrize("case", [pytest.param(case, marks=mark_of(number)) for number, case in enumerate(sample())],
-                         ids=lambda case: case.key)
+@pytest.mark.parametrize("case", sample(), ids=lambda case: case.key)
 def test_case(case, tmp_path):
     outcome = run_case(case, tmp_path, aligned=not starts_anew(case.scenario))
     unexpected, mended = surprises({case: outcome}, {case: EXPECTED[case]} if case in EXPECTED else {})

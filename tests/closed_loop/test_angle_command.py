@@ -9,7 +9,6 @@ import pytest
 from closed_loop.angle_sources import LATE_S, play
 
 HOVERBOARD, TEKNIC, DYS = "hoverboard_350w", "teknic_m2310p", "dys_be8108"
-REST = pytest.mark.rest
 EVERY_S = 0.2
 SPEED_BAND, SPEED_TOLD = 1.0, 2.5  # percent of the largest: the shaft's, and of what is told of it
 ANGLE_DEG = 12.0
@@ -51,14 +50,13 @@ CASES = [
     # motor, speed, load, targets; seed, the angle's source at `on`, torque
     (HOVERBOARD, 0.5, 1.0, ALL_PAIRS, 1, 0, TORQUE_SHARE),
     (TEKNIC, 0.5, 1.0, ALL_PAIRS, 1, 0, TORQUE_SHARE),
-    *[pytest.param(*case, marks=REST) for case in (
-        (HOVERBOARD, 0.3, 0.5, ALL_PAIRS, 2, 0, TORQUE_BY_HALL),
-        (HOVERBOARD, -0.5, 0.5, ALL_PAIRS, 1, 0, TORQUE_TO_HALL),
-        (TEKNIC, 0.25, 0.5, ALL_PAIRS, 2, 0, TORQUE_SHARE),
-        (TEKNIC, -0.5, 0.5, ALL_PAIRS, 1, 0, TORQUE_SHARE),
-        (HOVERBOARD, 0.5, 0.5, ("observer", "hall"), 1, 2, TORQUE_SHARE),
-        (HOVERBOARD, 0.1, 0.5, ("hall", "encoder"), 1, 0, TORQUE_TO_HALL_SLOWLY),
-        (DYS, 0.3, 0.5, ("hall", "observer", "encoder"), 1, 0, TORQUE_SHARE))],
+    (HOVERBOARD, 0.3, 0.5, ALL_PAIRS, 2, 0, TORQUE_BY_HALL),
+    (HOVERBOARD, -0.5, 0.5, ALL_PAIRS, 1, 0, TORQUE_TO_HALL),
+    (TEKNIC, 0.25, 0.5, ALL_PAIRS, 2, 0, TORQUE_SHARE),
+    (TEKNIC, -0.5, 0.5, ALL_PAIRS, 1, 0, TORQUE_SHARE),
+    (HOVERBOARD, 0.5, 0.5, ("observer", "hall"), 1, 2, TORQUE_SHARE),
+    (HOVERBOARD, 0.1, 0.5, ("hall", "encoder"), 1, 0, TORQUE_TO_HALL_SLOWLY),
+    (DYS, 0.3, 0.5, ("hall", "observer", "encoder"), 1, 0, TORQUE_SHARE),
 ]
 
 
@@ -99,7 +97,6 @@ def test_what_is_not_ready_is_refused_with_why_and_what_would_do(tmp_path):
     assert seen.fault == "NONE" and seen.still_on and "warning" not in seen.console
 
 
-@pytest.mark.rest
 def test_encoder_and_switches_take_over_from_the_injection_and_the_observer_does_not(tmp_path):
     """A motor whose reluctance outweighs its magnets, with half of rated load."""
     steps = [{"t_s": "at", "console": "status"}, {"t_s": "at + 0.05", "console": "angle encoder"},
@@ -112,7 +109,6 @@ def test_encoder_and_switches_take_over_from_the_injection_and_the_observer_does
     assert seen.most(seen.speed_off, 0.05) <= SPEED_BAND and torque_off(seen).max() <= TORQUE_BY_HALL, seen
 
 
-@pytest.mark.rest
 def test_a_change_that_another_fault_overtakes_carries_on_by_the_new_source(tmp_path):
     """Hall switches that have been told by `angle` fail: the observer carries on, as if `on` had begun with them."""
     steps = [*commands(("hall",)), {"t_s": "at + 0.2", "event": "hall_open", "args": ["B", "1"]}]

@@ -45,11 +45,11 @@ class Carried(Outcome):
 
 CASES = [
     # motor, speed, load, what happens, warnings
-    pytest.param(TEKNIC, 1.0, 0.5, ("encoder_cut", 1), "encoder", marks=pytest.mark.rest),
+    (TEKNIC, 1.0, 0.5, ("encoder_cut", 1), "encoder"),
     (TEKNIC, 1.0, 0.5, ("encoder_freeze", 1), "encoder dead"),
     (TEKNIC, 1.0, 0.5, ("encoder_slip", 180), "encoder slip"),
-    pytest.param(TEKNIC, 0.5, 1.0, ("encoder_slip", -90), "encoder slip", marks=pytest.mark.rest),
-    pytest.param(TEKNIC, 0.5, 1.0, ("encoder_slip", 18), "encoder counts", marks=pytest.mark.rest),
+    (TEKNIC, 0.5, 1.0, ("encoder_slip", -90), "encoder slip"),
+    (TEKNIC, 0.5, 1.0, ("encoder_slip", 18), "encoder counts"),
     (HOVERBOARD, 1.0, 0.5, ("encoder_freeze", 1), "encoder dead"),
     (THOR, 0.5, 1.0, ("encoder_slip", 90), "encoder slip"),
     ("qs138_3kw", 1.0, 0.5, ("encoder_freeze", 1),

@@ -21,7 +21,7 @@ FAST = {"title": "injection, observer, injection", "preamble_s": 0.05, "end_s": 
         "figure": [{"name": "faults", "kind": "all_faults", "equal": "NONE"}]}
 
 
-@pytest.mark.parametrize("silent", (0, pytest.param(1, marks=pytest.mark.rest)))
+@pytest.mark.parametrize("silent", (0, 1))
 def test_the_observer_takes_over_under_load_and_the_injection_comes_back(silent, tmp_path):
     result = simulate(FAST, "thor_pmsyrm", out_dir=tmp_path, detune=f"injection_silent={silent}")
     assert result.passed, result.console[-500:]
@@ -37,7 +37,7 @@ QUIETER_DB = {"thor_pmsyrm": 15, "baldor_ecs101m0h7ef4": 15}
 NEWS_DB = 6
 
 
-@pytest.mark.parametrize("motor", ["thor_pmsyrm", pytest.param("baldor_ecs101m0h7ef4", marks=pytest.mark.rest)])
+@pytest.mark.parametrize("motor", ["thor_pmsyrm", "baldor_ecs101m0h7ef4"])
 def test_drawn_pulses_have_no_tone_and_the_angle_is_as_good(motor, tmp_path):
     """Start, then rated torque by step at standstill; judged by the plant's own currents, 2 kHz to half the sampling rate."""
     tone, silent = (run_part_case(parse(f"saliency:{motor}/hold1/90{more}"), tmp_path) for more in ("", "/silent"))
@@ -50,7 +50,7 @@ def test_drawn_pulses_have_no_tone_and_the_angle_is_as_good(motor, tmp_path):
     assert silent["figures"][rms] < 1.2 * tone["figures"][rms]
 
 
-@pytest.mark.parametrize("motor", ["thor_pmsyrm", pytest.param("baldor_ecs101m0h7ef4", marks=pytest.mark.rest)])
+@pytest.mark.parametrize("motor", ["thor_pmsyrm", "baldor_ecs101m0h7ef4"])
 def test_drawn_pulses_lead_through_working_speed_rated_load_and_a_reversal_under_it(motor, tmp_path):
     result = simulate("sensorless", motor, out_dir=tmp_path, detune="injection_silent=1")
     assert {figure.name: figure.value for figure in result.figures.values() if figure.passed is False} == {}

@@ -112,7 +112,7 @@ def test_with_a_chopper_the_stop_is_as_short_as_may_be(tmp_path):
     assert np.abs(after["i_d_ref_A"]).max() < 0.5 * result.scenario.names["i_max_A"]
 
 
-@pytest.mark.parametrize("sign", [pytest.param("", marks=pytest.mark.rest), "-"])
+@pytest.mark.parametrize("sign", ["", "-"])
 @pytest.mark.parametrize("motor", THREE)
 def test_torque_without_load_ends_at_the_largest_speed(motor, sign, tmp_path):
     result = play(tmp_path, motor, [{"t_s": up_s(motor), "console": f"torque {sign}{{i_max_A}}"}], up_s(motor) + 1.0)

@@ -39,8 +39,7 @@ def lost(tmp_path, motor, share, load, rate_deg_s, seconds):
     return result, result.enums["fault"][int(codes[found[0]])] if len(found) else None, float(deg.max())
 
 
-@pytest.mark.parametrize("motor, share, load, rate_deg_s", [
-    pytest.param(*case, marks=pytest.mark.rest if n not in (0, 2) else ()) for n, case in enumerate(CASES)])
+@pytest.mark.parametrize("motor, share, load, rate_deg_s", CASES)
 def test_lost_counts_are_named_before_the_field_is_30_degrees_off(motor, share, load, rate_deg_s, tmp_path):
     result, fault, most_deg = lost(tmp_path, motor, share, load, rate_deg_s, 45 / abs(rate_deg_s))
     assert fault == "FAULT_ENCODER_SLIP" and most_deg < MOST_DEG, most_deg

@@ -18,7 +18,6 @@ VALUES = "values" if "values" in NAMES else "write_registers"
 PAGE = (ROOT / "docs/modbus.md").read_text()
 
 
-@pytest.mark.rest
 def test_the_session_of_the_page_is_what_happens(tmp_path):
     documented = re.search(r"<!-- session: .*?-->\n```text\n(.*?)```\n", PAGE, re.S).group(1)
     with live(tmp_path) as (port, progress):

@@ -30,8 +30,6 @@ def current_noise_a(result):
     rows = regulated(result)
     return [float(np.std((result.trace[f"i_{axis}_A"] - result.trace[f"i_{axis}_true_A"])[rows])) for axis in "dq"]
 
-pytestmark = pytest.mark.rest
-
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):

@@ -132,7 +132,6 @@ def test_one_that_is_right_costs_a_moment(motor, tmp_path):
     assert result.trace["speed_rpm"][-100:].mean() == pytest.approx(asked_rpm(motor), rel=0.05)
 
 
-@pytest.mark.rest
 def test_where_a_push_does_not_tell_it_is_aligned_each_time(tmp_path):
     """Reluctance outweighs the magnets."""
     motor = "thor_pmsyrm"

@@ -80,11 +80,10 @@ RUNNING = [  # what it does, motor, the angle's source, share of its largest spe
     ("field", "dys_be8108", OBSERVER, 0.05, 0.2, "C", FIELD, 60),
     ("Hall switches", "hoverboard_350w", HALL, 0.4, 0.5, "B", NAMED, 30),
 ]
-REST = ("turns by injection", "observer", "Hall switches")
 
 
 @pytest.mark.parametrize("motor, source, share, load, phase, faults, within_ms", [
-    pytest.param(*case, id=what, marks=pytest.mark.rest if what in REST else ()) for what, *case in RUNNING])
+    pytest.param(*case, id=what) for what, *case in RUNNING])
 def test_it_is_named_whatever_leads(motor, source, share, load, phase, faults, within_ms, tmp_path):
     seen = running(tmp_path, motor, source, share, load, phase)
     assert seen.fault in faults and not seen.still_on and 1e3 * seen.off_s < within_ms, seen
@@ -92,7 +91,7 @@ def test_it_is_named_whatever_leads(motor, source, share, load, phase, faults, w
 
 
 @pytest.mark.parametrize("motor, share, load, phase", [
-    ("maxon_ec22", 0.8, -0.5, "C"), pytest.param("qs138_3kw", 0.6, 0, "B", marks=pytest.mark.rest)])
+    ("maxon_ec22", 0.8, -0.5, "C"), ("qs138_3kw", 0.6, 0, "B")])
 def test_it_is_named_while_the_drive_brakes(motor, share, load, phase, tmp_path):
     seen = running(tmp_path, motor, ENCODER, share, load, phase, braking=True)
     assert seen.fault == "OPEN_PHASE" and not seen.still_on and seen.off_s < 0.03, seen
@@ -100,8 +99,8 @@ def test_it_is_named_while_the_drive_brakes(motor, share, load, phase, tmp_path)
 
 
 @pytest.mark.parametrize("motor, rpm, phase, braking", [
-    ("abb_m2bj100l", 3236, "B", False), pytest.param("estun_emj04apb22", 12000, "A", False, marks=pytest.mark.rest),
-    pytest.param("estun_emj04apb22", 12000, "C", True, marks=pytest.mark.rest)])
+    ("abb_m2bj100l", 3236, "B", False), ("estun_emj04apb22", 12000, "A", False),
+    ("estun_emj04apb22", 12000, "C", True)])
 def test_it_is_named_in_field_weakening(motor, rpm, phase, braking, tmp_path):
     """At twice the base speed or nearly: what the magnets then induce is beyond the bus, and may charge it once all is off."""
     v_min_mv = round(600 * load_drive(motor).inverter["supply"]["vbus_v"])
@@ -118,8 +117,7 @@ STARTING = [  # motor, seconds from `on`, phase, found within seconds. The wirin
     ("thor_pmsyrm", 0.9, "A", 1.0), ("baldor_ecs101m0h7ef4", 0.6, "B", 1.3)]
 
 
-@pytest.mark.parametrize("motor, after_s, phase, within_s", [
-    pytest.param(*case, marks=pytest.mark.rest if n > 2 else ()) for n, case in enumerate(STARTING)])
+@pytest.mark.parametrize("motor, after_s, phase, within_s", STARTING)
 def test_it_is_named_before_and_while_injection_looks_for_the_rotor(motor, after_s, phase, within_s, tmp_path):
     """Within the wiring test, while it sweeps, and while pushes search for north."""
     lost_s = ON_S + after_s

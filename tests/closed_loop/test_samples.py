@@ -39,7 +39,7 @@ def sweep(tmp_path, overrides, **settings):
 
 
 @pytest.mark.parametrize("update, current_bw_hz", [
-    (ENDS, 2000), pytest.param(ONCE, 4000, marks=pytest.mark.rest), (ONCE, 5500)])
+    (ENDS, 2000), (ONCE, 4000), (ONCE, 5500)])
 def test_the_swept_loop_is_the_one_that_was_derived(tmp_path, update, current_bw_hz):
     margin_deg, lag_hz = derived(DELAYS[update], current_bw_hz, LOOP_HZ)
     for measured_deg, measured_hz in sweep(tmp_path, two(update, current_bw_hz), plant="ideal", spread=0).values():
@@ -138,7 +138,7 @@ def test_a_start_without_help(tmp_path):
     assert rpm(result.trace.between(end_s - 0.2, end_s)) == pytest.approx(600, rel=0.02)
 
 
-@pytest.mark.parametrize("current_bw_hz", [4000, pytest.param(6366, marks=pytest.mark.rest)])
+@pytest.mark.parametrize("current_bw_hz", [4000, 6366])
 def test_full_modulation(tmp_path, current_bw_hz):
     """A bus too low for the speed: pulses too long or too short to be met at once act half a period late."""
     overrides = two(ONCE, current_bw_hz, supply={"vbus_v": 19.5})
@@ -160,7 +160,6 @@ def test_the_interrupt_takes_as_long_as_with_one(tmp_path):
     assert running.sum() == pytest.approx(0.5 * LOOP_HZ, rel=0.05) and not faults(result)
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("scenario", ["default", "fault_encoder_cut", "fault_overspeed"])
 def test_what_a_scenario_asks_for_holds_with_two(tmp_path, scenario):
     """What counts samples: over-speed, a dead encoder, the bridge off within so many periods."""

@@ -14,7 +14,6 @@ REFUSED = {"overmodulation": "no overmodulation: low-side shunts, .* do not see 
 SWEEP, STANDS_DEG = "current_sweep", 60  # which turns the rotor by 30 degrees: then no phase is near zero
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("name", available(SCENARIOS))
 def test_scenario(name, tmp_path):
     if name in REFUSED:

@@ -65,7 +65,7 @@ def test_a_rotor_that_does_not_follow_the_field_is_missed(hold, fault, tmp_path)
     assert result.figures["faults"].value == fault
 
 
-@pytest.mark.parametrize("motor, share", (("lot:125", 0.4), pytest.param("qs138_3kw", -0.5, marks=pytest.mark.rest)))
+@pytest.mark.parametrize("motor, share", (("lot:125", 0.4), ("qs138_3kw", -0.5)))
 def test_a_turning_rotor_is_caught_though_its_encoder_was_used_until_now(motor, share, tmp_path):
     """The encoder is plugged and has told the speed until `set angle_source 1`, just before `on`."""
     names = load_drive(motor).names()

@@ -99,9 +99,7 @@ def test_a_page_that_does_not_end_is_ended_by_the_watchdog(tmp_path, saved):
 
 
 @pytest.mark.parametrize("page, write, share, whole", [
-    pytest.param(*case, marks=mark) for case, mark in (
-        ((2, PROGRAM, 0.3, 1), pytest.mark.rest), ((0, VERIFY, 0.9, 2), pytest.mark.long), ((2, 20, 0.5, 1), pytest.mark.long),
-        ((2, PROGRAM, 0.8, 1), pytest.mark.long), ((0, PROGRAM, 0.6, 1), pytest.mark.long))])
+    (2, PROGRAM, 0.3, 1), (0, VERIFY, 0.9, 2), (2, 20, 0.5, 1), (2, PROGRAM, 0.8, 1), (0, PROGRAM, 0.6, 1)])
 def test_a_power_cut_in_the_midst_of_a_save(page, write, share, whole, tmp_path, saved):
     """In a page's words; in the first half and in the second of programming one; in the head; and behind it."""
     envm = tmp_path / "envm"

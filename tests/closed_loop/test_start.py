@@ -82,11 +82,7 @@ WRONG = {
 }
 
 
-LONG = {"blocked": pytest.mark.rest, "2 % more counts": pytest.mark.long, "encoder dead": pytest.mark.long,
-        "2 % fewer counts": pytest.mark.long}
-
-
-@pytest.mark.parametrize("case", [pytest.param(case, marks=LONG.get(case, ())) for case in WRONG])
+@pytest.mark.parametrize("case", WRONG)
 def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
     wrong, fault, found, end_s = WRONG[case]
     result = play(tmp_path, end_s, **wrong)
@@ -165,7 +161,7 @@ def test_with_the_index_the_offset_outlives_an_encoder_fault(tmp_path):
 
 @pytest.mark.parametrize("motor, source, command, phase, after_s, within_s", [
     ("maxon_ec45flat", 1, "on", "A", 0.33, 0.1), ("mjbots_mj5208", 0, "identify", "B", 1.7, 0.35),
-    pytest.param("qs138_3kw", 1, "on", "A", 0.33, 1.3, marks=pytest.mark.rest)])  # half a percent of the bus pulls it
+    ("qs138_3kw", 1, "on", "A", 0.33, 1.3)])  # half a percent of the bus pulls it
 def test_a_phase_that_is_lost_is_named_where_a_voltage_pulls_and_while_it_is_identified(motor, source, command, phase, after_s,
                                                                                           within_s, tmp_path):
     lost_s = ON_S + 0.4 + after_s

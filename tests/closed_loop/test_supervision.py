@@ -85,7 +85,7 @@ WARM = {"winding": ("OVERTEMPERATURE", {"winding_tau_s": 1, "winding_share_pct":
 
 @pytest.mark.parametrize("motor, source, warm", [
     ("estun_emj04apb22", 0, "winding"), ("lot:28", 0, "stage"),
-    pytest.param("hoverboard_350w", 2, "winding", marks=pytest.mark.rest)])
+    ("hoverboard_350w", 2, "winding")])
 def test_a_speed_that_heat_takes_is_not_the_loads_fault(motor, source, warm, tmp_path):
     """The model holds back current that friction takes, little by little; told a small mass, it does within two seconds. What
     it names is not too hot yet: it would never be."""

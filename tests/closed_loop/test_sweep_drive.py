@@ -40,8 +40,8 @@ def read(said):
 
 
 @pytest.mark.parametrize("motor, amplitude_a", [
-    ("teknic_m2310p", 0.5), pytest.param("estun_emj04apb22", 0.3, marks=pytest.mark.long),
-    pytest.param("maxon_ec45flat", 0.3, marks=pytest.mark.long), pytest.param("hoverboard_350w", 1.0, marks=pytest.mark.rest)])
+    ("teknic_m2310p", 0.5), ("estun_emj04apb22", 0.3),
+    ("maxon_ec45flat", 0.3), ("hoverboard_350w", 1.0)])
 def test_the_drive_finds_what_an_analyser_finds(tmp_path, motor, amplitude_a):
     result = simulate(plan_of(amplitude_a), motor=motor, out_dir=tmp_path, aligned=True)
     found = read(result.console)

@@ -56,7 +56,7 @@ def play(tmp_path_factory):
     return run
 
 
-@pytest.mark.parametrize("kind", ("console", pytest.param("modbus", marks=pytest.mark.rest), "can"))
+@pytest.mark.parametrize("kind", ("console", "modbus", "can"))
 def test_each_motor_by_its_own_wish(play, lines, kind):
     play("import mssfoc\n" + TURNS.replace("PLACE", lines[kind]))
 

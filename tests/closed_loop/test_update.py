@@ -100,7 +100,7 @@ def test_a_mode_is_not_changed_while_on(tmp_path):
     assert "parameters can change only while the drive is off" in result.console
 
 
-@pytest.mark.parametrize("current_bw_hz", [pytest.param(2000, marks=pytest.mark.rest), 3183])
+@pytest.mark.parametrize("current_bw_hz", [2000, 3183])
 def test_full_modulation_at_once(tmp_path, current_bw_hz):
     """A bus too low for the speed: the voltage stands at its circle, each phase's longest pulses act half a period late. That
     costs three tenths of ripple at most. Sensors in line: what shunts do not see there has a test of its own."""

@@ -114,7 +114,7 @@ counts_per_rev = { value = 8192, source = "choice" }
 BRAKED = {"salient": 6567, "baldor_ecs101m0h7ef4": 3858, "thor_pmsyrm": 5385}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.rest if name != "salient" else ()) for name in BRAKED])
+@pytest.mark.parametrize("name", BRAKED)
 def test_braking_ends_deep_in_weakening(name, tmp_path):
     """From all braking to none at once: the d current, which has most of the voltage, does not run away."""
     motor = name
@@ -157,8 +157,7 @@ def beyond_the_magnets(tmp_path, motor, times, machine, detune):
     return result, result.trace.between(up + 0.6, up + 0.72), rpm
 
 
-@pytest.mark.parametrize("motor, times", [pytest.param(*case, marks=pytest.mark.rest if case != ("lot:43", 2) else ())
-                                          for case in BEYOND])
+@pytest.mark.parametrize("motor, times", BEYOND)
 def test_more_current_than_cancels_the_magnets(motor, times, tmp_path):
     """Most torque per voltage has v_q against the speed: the currents come to their references there, and give the torque."""
     result, full, rpm = beyond_the_magnets(tmp_path, motor, times, *BEYOND[motor, times])

@@ -10,7 +10,6 @@ from twin.test_twin_models import CLOSING, HERE, ROOT, TWIN, compile_host, model
 PARTS = ("lines", "fabric_rtl", "rtl_clock", "rtl_ahead")
 
 
-@pytest.mark.rest
 def test_results_and_trips(models, tmp_path):  # noqa: F811
     _, objects = models
     sources = [ROOT / "tests/fabric/rtl_modulators.c", *(TWIN / f"{part}.c" for part in PARTS)]

@@ -22,12 +22,6 @@ ASKED = {  # console lines that need it
     "learn": ("learn cogging", "learn hall"), "modbus": ("set modbus_address 7",),
     "can": ("set can_node 7",), "scope": ("scope list", "stream 10 921600"),
     "settings": ("save", "load")}
-SAMPLE = ("position", "modbus")
-
-
-def each(names, others=pytest.mark.rest):
-    return [pytest.param(name, marks=() if name in SAMPLE else others) for name in names]
-
 
 def play(build_folder, lines, out_dir, **more):
     steps = [{"t_s": 0.1 + 0.02 * n, "console": line} for n, line in enumerate(lines)]
@@ -39,24 +33,22 @@ def refusals(console, name):
     return re.findall(rf"error: this build leaves {name} out", console)
 
 
-@pytest.mark.parametrize("name", each((name for name in FEATURES if name not in ("console", "encoder")), pytest.mark.long))
+@pytest.mark.parametrize("name", [name for name in FEATURES if name not in ("console", "encoder")])
 def test_the_default_scenario_passes_without(name, tmp_path):
     assert not verdicts(simulate(build=build(without(name)), out_dir=tmp_path, **EXACT))
 
 
-@pytest.mark.rest
 def test_without_an_encoder_the_observer_drives(tmp_path):
     result = simulate("sensorless", build=build(without("encoder")), out_dir=tmp_path, **EXACT)
     assert not verdicts(result)
 
 
-@pytest.mark.parametrize("name", each(ASKED))
+@pytest.mark.parametrize("name", ASKED)
 def test_what_is_left_out_is_refused_by_name(name, tmp_path):
     console = play(build(without(name)), ASKED[name], tmp_path)
     assert len(refusals(console, name)) == len(ASKED[name]), console
 
 
-@pytest.mark.rest
 def test_a_speed_that_needs_a_weaker_field_is_refused_when_the_tables_are_worked_out(tmp_path):
     lines = ("set overspeed_rpm 7000", "set speed_max_rpm 6000", "set emf_beyond_v_max 1", "on")
     for name, refused in (("weakening", 1), ("modbus", 0)):
@@ -114,7 +106,6 @@ def over_the_bus(requests, begin_s):
     return steps, at_s
 
 
-@pytest.mark.rest
 def test_without_a_console_the_bus_drives(tmp_path):
     steps, at_s = over_the_bus([write(2, long(1000)), *(write_one(0, word) for word in (6, 7, 0xF)), None], 0.2)
     plan = {"title": "bus alone", "preamble_s": 0.05, "end_s": at_s + 0.6, "step": steps}
@@ -123,7 +114,7 @@ def test_without_a_console_the_bus_drives(tmp_path):
     assert result.trace["speed_rad_s"][-100:].mean() * 60 / 6.2832 == pytest.approx(1000, rel=0.01)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in SAMPLE else pytest.mark.rest) for name in ON_THE_BUS])
+@pytest.mark.parametrize("name", ON_THE_BUS)
 def test_the_bus_refuses_it_by_number(name, tmp_path):
     """The refusal's number, and which feature: as `fault` and `refusal` of the register list have it."""
     steps, at_s = over_the_bus([*ON_THE_BUS[name], read(REFUSAL, 3)], 0.2)

@@ -125,7 +125,6 @@ def absolute_encoder_starts_without_alignment(c):
     assert w.axis.loop.angle_offset_q32 == 1 << 30 and w.axis.start.aligned
 
 
-@pytest.mark.rest
 def test_what_the_page_adds_builds_and_works(tmp_path):
     """With the objects of this build, as far as what was added leaves them fresh."""
     folder = tmp_path / "copy"

@@ -150,7 +150,6 @@ def test_the_library_has_no_data_of_its_own():
     assert int(text) > 0 and (data, bss) == ("0", "0")
 
 
-@pytest.mark.rest
 def test_two_builds_are_identical(tmp_path, image):
     subprocess.run(["make", "-s", "-j2", f"BUILD={tmp_path}/again", "all"], check=True, capture_output=True)
     assert (tmp_path / "again" / "mssfoc.bin").read_bytes() == image

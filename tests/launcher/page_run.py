@@ -177,7 +177,6 @@ COLD_MOHM, WARMEST = 360, 1.5  # a winding that was measured before, 125 K warme
 INTERVALS = ("resistance", "dead time", "ld", "lq", "offset", "flux", "inertia", "friction")
 
 
-@pytest.mark.long
 def test_identify_to_its_end_and_what_it_found_is_used(page):
     """Each step is shown as it goes, each value with its interval; and the drive takes them."""
     page.click("[data-line=on]")  # the twin tells the first start where the rotor is; identify finds that out

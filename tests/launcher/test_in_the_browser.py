@@ -8,12 +8,9 @@ import pytest
 from launcher.paths import REPO
 
 
-@pytest.mark.parametrize("file", (
-    pytest.param("page_look_run.py", marks=pytest.mark.long), pytest.param("page_run.py", marks=pytest.mark.rest),
-    "page_silent_run.py", pytest.param("page_tool_run.py", marks=pytest.mark.rest)))
-def test_the_page(file, request):
-    sample = [option for option in ("--sample", "--most") if request.config.getoption(option)]
-    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-p", "no:xdist", *sample,
+@pytest.mark.parametrize("file", ("page_look_run.py", "page_run.py", "page_silent_run.py", "page_tool_run.py"))
+def test_the_page(file):
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-p", "no:xdist",
                            f"tests/launcher/{file}"], cwd=REPO, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     if " passed" not in done.stdout.splitlines()[-1]:

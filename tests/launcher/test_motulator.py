@@ -9,7 +9,6 @@ from launcher.motulator_check import (VERSION, Difference, check_motulator, conf
                                       machines)
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("motor", machines(), ids=lambda name: Path(name).stem)
 def test_the_plant_is_the_one_that_motulator_has(motor):
     python, why = environment()
@@ -19,7 +18,6 @@ def test_the_plant_is_the_one_that_motulator_has(motor):
         assert difference.within, difference
 
 
-@pytest.mark.rest
 def test_another_machine_is_found_out(monkeypatch):
     python, why = environment()
     if python is None:

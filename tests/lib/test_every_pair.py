@@ -20,7 +20,6 @@ def test_every_pair_is_the_nearest():
     assert run("every_pair") == {term: "0" for term in TERMS}
 
 
-@pytest.mark.rest
 def test_a_kernel_that_rounds_down_is_found():
     """The same sweep with a wrong kernel: without its half, half of all results are off."""
     counts = run("every_pair_down", ["-DROUND_DOWN"])

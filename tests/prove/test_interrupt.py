@@ -58,7 +58,6 @@ def test_every_handler_of_the_vector_is_proved_or_listed_with_its_reason(image, 
         prove_interrupt.say_what_is_not_proved(BUILD / "mssfoc.elf", quiet)
 
 
-@pytest.mark.rest
 def test_both_handlers_are_proved_and_mistakes_are_refuted(image, admitted):
     subject = Subject(image, admitted)
     prove_interrupt.prove_ranges(subject, admitted, quiet)

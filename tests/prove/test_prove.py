@@ -33,7 +33,6 @@ def code(tmp_path, body):
     return disassembly.functions(unit, {"sum"})["sum"]
 
 
-@pytest.mark.rest
 def test_kernels_are_proved_and_mistakes_are_refuted():
     """Those that are quickly proved; all others by `make prove` alone."""
     build = Path(os.environ.get("BUILD", "build"))
@@ -82,7 +81,6 @@ def test_an_unknown_instruction_is_named(tmp_path, body):
         proof.prove_equal(SUM, code(tmp_path, body), 15)
 
 
-@pytest.mark.rest
 def test_the_machine_agrees_with_qemu(tmp_path, monkeypatch):
     build = Path(os.environ.get("BUILD", "build"))
     subprocess.run(["make", "-s", "prove-objects"], check=True)

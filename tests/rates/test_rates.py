@@ -12,7 +12,7 @@ import pytest
 from bench.report import baseline
 from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
-from rates.builds import OWN_HZ, RATES_HZ, SAMPLE_HZ, build_of, make, overrides
+from rates.builds import OWN_HZ, RATES_HZ, build_of, make, overrides
 from target.runner import CLOSING, run_image
 
 FIGURES = baseline()
@@ -24,12 +24,7 @@ PLAN = {"key": "rates", "end_s": "load + 0.25", "preamble_s": 0.05, "step": [
     {"t_s": "started + 0.5", "label": "load", "event": "load_nm", "args": ["0.5 * rated_torque_Nm"]}]}
 
 
-def each(rates_hz):
-    """Parameters, of which a sample is enough for `make test`."""
-    return [pytest.param(hz, marks=() if hz in SAMPLE_HZ else pytest.mark.rest) for hz in rates_hz]
-
-
-@pytest.fixture(scope="module", params=each(RATES_HZ))
+@pytest.fixture(scope="module", params=RATES_HZ)
 def run(request, tmp_path_factory):
     build = build_of(request.param, "mssfoc.elf", "mssfoc.hex")
     out = tmp_path_factory.mktemp(f"at{request.param}")
@@ -64,7 +59,7 @@ def test_the_interrupt_takes_as_long_as_at_any_rate(run):
     assert set(log["cycles"][operating]) == {FIGURES[f"rate.{like_hz}"]["cycles_max"]}
 
 
-@pytest.mark.parametrize("hz", each(hz for hz in RATES_HZ if hz != OWN_HZ))
+@pytest.mark.parametrize("hz", [hz for hz in RATES_HZ if hz != OWN_HZ])
 def test_assembly_equals_c(hz, tmp_path):
     build = build_of(hz, "tests/target/test_current_loop.elf")
     text = run_image(build / "tests" / "target" / "test_current_loop.elf", tmp_path, wall_s=300)

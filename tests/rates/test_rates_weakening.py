@@ -9,7 +9,7 @@ from launcher import simulate
 from launcher.capability import machine_of
 from launcher.drive import load_drive
 from launcher.weakening import weakening_names
-from rates.builds import OWN_HZ, RATES_HZ, SAMPLE_HZ, build_of, overrides
+from rates.builds import OWN_HZ, RATES_HZ, build_of, overrides
 
 # times the base speed at 20 kHz; what is 1.0 of reactances goes with the rate, so that abb's are too large for 40 kHz
 MOTORS = {hz: ("abb_m2bj100l", 2.0) if hz < 40000 else ("teknic_m2310p", 1.3) for hz in RATES_HZ}
@@ -38,8 +38,7 @@ def circle(hz):
     return (counts - 4 * 100 - 2 * 2 - 4) / counts / math.sqrt(3)
 
 
-@pytest.mark.parametrize("hz", [pytest.param(hz, marks=() if hz in SAMPLE_HZ else pytest.mark.rest)
-                                for hz in RATES_HZ if hz != OWN_HZ])
+@pytest.mark.parametrize("hz", [hz for hz in RATES_HZ if hz != OWN_HZ])
 def test_the_field_is_weakened_at_every_rate(hz, tmp_path):
     motor, times = MOTORS[hz]
     build = build_of(hz, "mssfoc.elf", "mssfoc.hex")

@@ -29,13 +29,12 @@ def test_image(name, tmp_path):
     check(name, tmp_path)
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("name", IMAGES)
 def test_image_on_the_larger_device(name, tmp_path):
     check(name, tmp_path, chip="m2s025")
 
 
-@pytest.mark.parametrize("watchdog_s, ms", [pytest.param(None, 32212, marks=pytest.mark.long), (0.1, 100)])
+@pytest.mark.parametrize("watchdog_s, ms", [(None, 32212), (0.1, 100)])
 def test_the_watchdog_bites_after_the_time_that_the_design_has(watchdog_s, ms, tmp_path):
     """By default the shortest that the user guide allows."""
     lines = [f"watchdog {watchdog_load(watchdog_s)}"] if watchdog_s else []
