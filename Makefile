@@ -264,7 +264,7 @@ flash: tools-image
 test: tools-test
 	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
-	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(filter 2,$(ALL)),--night,$(if $(ALL),,--short)) $(UNTIL:%=--until=%) tests
+	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(filter 2,$(ALL)),,$(if $(ALL),--first,--short)) $(UNTIL:%=--until=%) tests
 
 storm: tools-test
 	$(says)
@@ -374,7 +374,7 @@ of every build
   LIB_TRIG_FRAC=n              the library for cosines and sines of n fraction bits, 1...31 (docs/library.md)
   BUILD=dir                    puts every product elsewhere; PYTHON=path chooses the interpreter, V=1 shows the commands
 more tests
-  make test ALL=1|2            all, as CI has them; the night's, too   [CHIP=name QEMU=path]
+  make test ALL=1|2            every test, as CI has them; every case of each   [CHIP=name QEMU=path]
   make storm                   noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]
   make prove                   every kernel and the interrupt, as assembled, for all inputs, by a solver
   make explore                 every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it

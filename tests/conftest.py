@@ -11,6 +11,10 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = ROOT / "tests/short.txt"
+# What plays the image over motors, angles, seeds or rates: of each such test `.ci/run` has the first case, the night all of them.
+CAMPAIGNS = tuple(f"tests/{name}" for name in (
+    "bench/", "campaign/test_parts.py", "campaign/test_sample.py", "closed_loop/", "explore/", "features/", "guides/", "rates/"))
+WHOLE = ("tests/closed_loop/test_scenarios.py::test_scenario[",)
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
 os.environ.setdefault("BUILD", "build")
@@ -55,7 +59,7 @@ def pytest_terminal_summary(terminalreporter):
 
 def pytest_addoption(parser):
     parser.addoption("--short", action="store_true", help="what tests/short.txt names: as `make test` has it")
-    parser.addoption("--night", action="store_true", help="what is marked `night`, too")
+    parser.addoption("--first", action="store_true", help="of a campaign the first case, and nothing marked `night`: as .ci/run has it")
     parser.addoption("--until", type=float, help="seconds since 1970: what has not begun by then is left out, and said")
 
 
@@ -93,9 +97,12 @@ def pytest_collection_modifyitems(config, items):
     for name in short:
         if not any(item.nodeid.startswith(name) for item in items):
             raise pytest.UsageError(f"{SHORT.name} names {name}, and there is no such test")
-    kept, left_out = [], []
+    kept, left_out, met = [], [], set()
     for item in items:
-        at_night = item.get_closest_marker("night") and not config.getoption("--night")
+        test, _, case = item.nodeid.partition("[")
+        again = case and test in met and test.startswith(CAMPAIGNS) and not item.nodeid.startswith(WHOLE)
+        met.add(test)
+        at_night = (again or item.get_closest_marker("night")) and (config.getoption("--short") or config.getoption("--first"))
         (left_out if at_night or not item.nodeid.startswith(short) else kept).append(item)
     config.hook.pytest_deselected(items=left_out)
     items[:] = _mixed(kept)
