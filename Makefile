@@ -190,8 +190,14 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/system/current_loop_isr.o
 $(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/emf_pulse.o commission/identify_burst.o control/bridge.o)
-$(BUILD)/tests/target/test_weakening_loop.elf: $(BUILD)/arm/firmware/control/overmodulation.o
-$(patsubst %,$(BUILD)/tests/target/test_%.elf,two_axes dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis fault source monitor drive))))
+$(patsubst %,$(BUILD)/tests/target/test_%.elf,dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis fault source monitor drive))))
+
+# Lib.h's assembly with other fractions, under names of its own
+LIB_FRACS = $(patsubst %,$(BUILD)/arm/tests/target/frac%.o,1 16 30 31)
+$(LIB_FRACS): $(BUILD)/arm/tests/target/frac%.o: lib/Lib_thumb2.S $(wildcard lib/*.h)
+	@mkdir -p $(@D)
+	$(Q)$(CC_ARM) $(CPU) -I. -DLIB_TRIG_FRAC=$* $(foreach f,Clarke InvClarke Park InvPark,-D$f_Lib_Do=frac$*_$f_Lib_Do) -c $< -o $@
+$(BUILD)/tests/target/test_lib.elf: $(LIB_FRACS)
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
