@@ -30,7 +30,7 @@ def test_no_trigger_comes_before_it_is_promised(seed):
         triggers += triggered
         if draw.randrange(12) == 0:
             c.pwm_write(p, draw.choice((0x1C, 0x20, 0x28, 0x30)), draw.randrange(45) | draw.getrandbits(2) << 16)
-    assert triggers > 20
+    assert triggers > 5
 
 
 # ---- what the page says ----
