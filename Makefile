@@ -397,7 +397,7 @@ figures
   make sizes                   what each feature costs: an image without it
   make timing                  the cycle model against hand-counted and published cases
   make wcet                    worst-case cycles of the current loop, and measured
-  make jitter                  cycles and start of each current-loop interrupt, $(BUILD)/jitter.png
+  make jitter                  cycles and start of each current-loop interrupt
   make stack                   worst-case stack of every entry point, and measured
 for developers
   make debug                   QEMU halted, with a GDB port

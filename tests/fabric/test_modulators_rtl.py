@@ -39,8 +39,8 @@ def test_results_are_the_current_in_the_middle_of_their_window(modulator, osr, b
 
 
 def trip_s(ohm, after_s, limit):
-    """From the instant at which a phase's current passes 15 A to the gates; None: they stay. The short, of `ohm` between two legs,
-    comes so much after some instant of the modulators' clock."""
+    """From the instant at which a phase's current passes 15 A to the gates; None: they stay. The short, of `ohm` between two
+    legs, comes so much after some instant of the modulators' clock."""
     p = with_modulators((4000, 1000, 2500))
     p.write(ADC.MODULATOR_TRIP, limit)
     p.write(ADC.CONTROL, ON)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Runs sweep.c, built with the sanitizers, for every special LIB_TRIG_FRAC: no finding, and the checksum that the optimized build
-comes to."""
+"""Runs sweep.c, built with the sanitizers, for every special LIB_TRIG_FRAC: no finding, and the checksum that the optimized
+build comes to."""
 import re
 import subprocess
 

@@ -32,6 +32,6 @@ target-tests: $(TIMING_IMAGES)
 
 timing: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin $(TIMING_IMAGES)
-	@$(PYTHON) tests/timing/validate.py
+	@PYTHONPATH=tests $(PYTHON) -m pytest -q -rP -p no:cacheprovider tests/timing
 
 .PHONY: timing

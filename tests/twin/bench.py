@@ -186,8 +186,8 @@ class Bridge:
 # ---- a plant behind its registers ----
 
 class Plant:
-    """Switches at 20 kHz with these on-times, LIVE, triggers in the middle of the low sides' time, ADC off. `rtl`: the library of
-    the RTL, in place of its models."""
+    """Switches at 20 kHz with these on-times, LIVE, triggers in the middle of the low sides' time, ADC off. `rtl`: the library
+    of the RTL, in place of its models."""
     def __init__(self, on=(2500, 2500, 2500), motor=None, load=None, inverter=None, sensors=None, seed=1, rtl=None):
         sensors = c.sensor_params(**{**SENSORS, **(sensors or {})})
         fabric = c.fabric_rtl_open(str(rtl).encode(), sensors, seed) if rtl else None

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The PWM, which the twin computes from event to event: what the page promises, in numbers. That it is the RTL's to the bit, clock
-by clock, whatever is written: tests/fabric/lockstep."""
+"""The PWM, which the twin computes from event to event: what the page promises, in numbers. That it is the RTL's to the bit,
+clock by clock, whatever is written: tests/fabric/lockstep."""
 import random
 
 import pytest

@@ -117,8 +117,8 @@ def weakened(loop, i_d, i_q):
 
 
 def without_regulation(h, state, voltage, turn_q32):
-    """The same state, of which the encoder's handler modulates this voltage: through integrals, its turn taken back before; seen
-    from a quarter turn on where that handler has no room for so much in d."""
+    """The same state, of which the encoder's handler modulates this voltage: through integrals, its turn taken back before;
+    seen from a quarter turn on where that handler has no room for so much in d."""
     loop = h.state_of(state)
     if abs(voltage[0]) >= 2**14:
         voltage, turn_q32 = (voltage[1], -voltage[0]), turn_q32 + 2**30
