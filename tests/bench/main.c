@@ -3,6 +3,8 @@
  * The benchmark: what each function costs, in the unit of the cycle counter. Started like the firmware, it needs the board
  * and its fabric, but no motor and no host: the table comes out of the console, 115200 8N1. The bridge stays off.
  */
+#include <stddef.h>
+
 #include "drivers/cortex/dwt.h"
 #include "drivers/mss/cache.h"
 #include "drivers/mss/sysreg.h"
@@ -11,10 +13,35 @@
 #include "firmware/system/axes.h"
 #include "firmware/system/handlers.h"
 #include "startup/startup.h"
+#include "tests/bench/kernels.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"
 
 struct timing rows_timing;
+
+void rows_print(const char *name)
+{
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row(name, &figures, NULL);
+}
+
+struct timing_figures rows_over_vectors(timer_function timer, const struct vector_range *typical,
+                                        const struct vector_range *extreme, uint32_t words)
+{
+    int32_t in[BENCH_KERNEL_WORDS];
+    int32_t out[BENCH_KERNEL_WORDS];
+    vector_restart();
+    timing_begin(&rows_timing);
+    for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+        vector_typical(in, typical, words);
+        timing_add_typical(&rows_timing, timing_once(timer, in, out));
+    }
+    for (uint32_t i = 0; i < vector_extreme_count(words); i++) {
+        vector_extreme(in, extreme, words, i);
+        timing_add_extreme(&rows_timing, timing_once(timer, in, out));
+    }
+    return timing_figures(&rows_timing);
+}
 
 int main(void);
 
@@ -47,7 +74,6 @@ int main(void)
         print_note("gate status", gate_status(&FABRIC0->gate));
         rows_arithmetic();
         rows_registers();
-        rows_control();
         rows_family();
         rows_current_loop();
         rows_scope();

@@ -4,21 +4,26 @@
 #define TESTS_BENCH_ROWS_H
 
 #include "tests/bench/timing.h"
+#include "tests/bench/vectors.h"
 
 /* One set of samples is enough: groups run one after the other. */
 extern struct timing rows_timing;
 
+/* Prints what has been timed since timing_begin(&rows_timing). */
+void rows_print(const char *name);
+
+/* Over typical vectors of so many words, and over all of corners. */
+struct timing_figures rows_over_vectors(timer_function timer, const struct vector_range *typical,
+                                        const struct vector_range *extreme, uint32_t words);
+
 /* The library's functions, each beside its portable C. */
 void rows_arithmetic(void);
 
-/* The Q15 kernels once more, without moves between memory and registers. */
+/* The kernels once more, without moves between memory and registers. */
 void rows_registers(void);
 
 /* The functions of LibFoc.h. */
 void rows_family(void);
-
-/* The controllers' kernels, in registers. */
-void rows_control(void);
 
 /* The current loop. */
 void rows_current_loop(void);

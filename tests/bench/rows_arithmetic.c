@@ -5,8 +5,6 @@
 #include "tests/bench/rows.h"
 #include "tests/bench/vectors.h"
 
-#define ARGUMENTS_MAX BENCH_KERNEL_WORDS
-
 void o2_Clarke_Lib_Do(const clarkeinput_type *in, clarkeoutput_type *out);
 void o2_InvClarke_Lib_Do(const invclarkeinput_type *in, invclarkeoutput_type *out);
 void o2_Park_Lib_Do(const parkinput_type *in, parkoutput_type *out);
@@ -89,19 +87,7 @@ static const struct kernel_row kernel_rows[] = {
 /* All builds get the same data. */
 static struct timing_figures measure(const struct kernel_row *row, timer_function timer)
 {
-    int32_t in[ARGUMENTS_MAX];
-    int32_t out[ARGUMENTS_MAX];
-    vector_restart();
-    timing_begin(&rows_timing);
-    for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
-        vector_typical(in, row->typical, row->words);
-        timing_add_typical(&rows_timing, timing_once(timer, in, out));
-    }
-    for (uint32_t i = 0; i < vector_extreme_count(row->words); i++) {
-        vector_extreme(in, row->extreme, row->words, i);
-        timing_add_extreme(&rows_timing, timing_once(timer, in, out));
-    }
-    return timing_figures(&rows_timing);
+    return rows_over_vectors(timer, row->typical, row->extreme, row->words);
 }
 
 void rows_arithmetic(void)

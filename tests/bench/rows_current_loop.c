@@ -164,8 +164,7 @@ static void row_trip(void)
     axes[0].faults.cause = FAULT_NONE;
     adc_set_limits(&FABRIC0->adc, INT16_MAX, INT16_MAX, 0, INT16_MAX);
     convert_once();
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("current_loop.trip", &figures, NULL);
+    rows_print("current_loop.trip");
 }
 
 void rows_current_loop(void)

@@ -36,20 +36,7 @@ void rows_family(void)
 {
     print_heading("the rest of the library: call and return included");
     for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        const uint32_t words = rows[i].words;
-        int32_t in[ARGUMENTS_MAX];
-        int32_t out[ARGUMENTS_MAX];
-        vector_restart();
-        timing_begin(&rows_timing);
-        for (uint32_t k = 0; k < TIMING_TYPICAL; k++) {
-            vector_typical(in, typical, words);
-            timing_add_typical(&rows_timing, timing_once(rows[i].timer, in, out));
-        }
-        for (uint32_t k = 0; k < vector_extreme_count(words); k++) {
-            vector_extreme(in, any, words, k);
-            timing_add_extreme(&rows_timing, timing_once(rows[i].timer, in, out));
-        }
-        const struct timing_figures figures = timing_figures(&rows_timing);
+        const struct timing_figures figures = rows_over_vectors(rows[i].timer, typical, any, rows[i].words);
         print_row(rows[i].name, &figures, NULL);
     }
 }

@@ -57,8 +57,7 @@ static void row_round_trip(void)
     for (uint32_t i = 0; i < ROUNDS; i++) {
         timing_add_typical(&rows_timing, rows_time_interrupt(IRQ_EMPTY));
     }
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("interrupt.round_trip", &figures, NULL);
+    rows_print("interrupt.round_trip");
 }
 
 /* The reading before the request and the one in the handler; the store and the handler's first load are part of it. */
@@ -76,8 +75,7 @@ static void row_latency(void)
     }
     (void)cpu_mask_below(mask);
     nvic_disable(IRQ_STAMP);
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("interrupt.latency", &figures, NULL);
+    rows_print("interrupt.latency");
 }
 
 void rows_interrupt(void)

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The Q15 kernels in registers, as in the middle of a loop: between the two readings there is nothing but the kernel, whose
+ * The kernels in registers, as in the middle of a loop: between the two readings there is nothing but the kernel, whose
  * arguments are in registers before and whose results are in registers after. The kernel runs once before, so that constants
  * may be in registers too.
  */
 #include <stddef.h>
 
 #include "lib/clarke3.h"
+#include "lib/modulation.h"
+#include "lib/pi.h"
 #include "lib/polar.h"
 #include "lib/trig.h"
 #include "tests/bench/print.h"
@@ -14,7 +16,6 @@
 #include "tests/bench/vectors.h"
 
 #define ARGUMENTS_MAX 4u
-#define ROUNDS        255u
 
 #define ONE(x)            "+r"(x)
 #define TWO(x, y)         "+r"(x), "+r"(y)
@@ -73,23 +74,67 @@ static const struct {
 static const struct vector_range range[ARGUMENTS_MAX] = {
     {-32767, 32767}, {-32767, 32767}, {-32767, 32767}, {-32767, 32767}};
 
+/* The compiler may neither know a value nor compute it elsewhere than here. */
+#define IN_REGISTER(value) __asm volatile("" : "+r"(value))
+
+static __attribute__((noinline, aligned(8))) uint32_t time_pi_q15_step_registers(const void *in, void *out)
+{
+    const int32_t *const word = in;
+    struct pi_q15 pi = {word[0], word[1], word[2]};
+    int32_t error = word[3], limit = word[4];
+
+    IN_REGISTER(pi.kp_q9);
+    IN_REGISTER(pi.ki_q15);
+    IN_REGISTER(pi.integral_q9);
+    IN_REGISTER(error);
+    IN_REGISTER(limit);
+    const uint32_t start = dwt_cycles();
+    IN_REGISTER(error);
+    IN_REGISTER(pi.integral_q9);
+    int32_t output = pi_q15_step(&pi, error, limit);
+    IN_REGISTER(output);
+    IN_REGISTER(pi.integral_q9);
+    const uint32_t counted = dwt_cycles() - start;
+    ((int32_t *)out)[0] = output;
+    ((int32_t *)out)[1] = pi.integral_q9;
+    return counted;
+}
+
+static __attribute__((noinline, aligned(8))) uint32_t time_svm_minmax_registers(const void *in, void *out)
+{
+    const int32_t *const word = in;
+    abc_t v = {.a = word[0], .b = word[1]};
+
+    IN_REGISTER(v.a);
+    IN_REGISTER(v.b);
+    const uint32_t start = dwt_cycles();
+    IN_REGISTER(v.a);
+    IN_REGISTER(v.b);
+    abc_t result = svm_minmax(v);
+    IN_REGISTER(result.a);
+    IN_REGISTER(result.b);
+    IN_REGISTER(result.c);
+    const uint32_t counted = dwt_cycles() - start;
+    *(abc_t *)out = result;
+    return counted;
+}
+
+static const struct vector_range range_pi[] = {
+    {0, 16384}, {0, 21845}, {-(1 << 25), 1 << 25}, {-98303, 98303}, {0, 32766}};
+static const struct vector_range range_svm[] = {{-(1 << 28), 1 << 28}, {-(1 << 28), 1 << 28}};
+
+static void row(const char *name, timer_function timer, const struct vector_range *ranges, uint32_t words)
+{
+    const struct timing_figures figures = rows_over_vectors(timer, ranges, ranges, words);
+    print_row(name, &figures, NULL);
+}
+
 void rows_registers(void)
 {
     print_heading("kernels between two readings, arguments and results in registers");
     for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        int32_t in[ARGUMENTS_MAX];
-        int32_t out[ARGUMENTS_MAX];
-        vector_restart();
-        timing_begin(&rows_timing);
-        for (uint32_t round = 0; round < ROUNDS; round++) {
-            vector_typical(in, range, ARGUMENTS_MAX);
-            timing_add_typical(&rows_timing, timing_once(rows[i].timer, in, out));
-        }
-        for (uint32_t k = 0; k < vector_extreme_count(ARGUMENTS_MAX); k++) {
-            vector_extreme(in, range, ARGUMENTS_MAX, k);
-            timing_add_extreme(&rows_timing, timing_once(rows[i].timer, in, out));
-        }
-        const struct timing_figures figures = timing_figures(&rows_timing);
-        print_row(rows[i].name, &figures, NULL);
+        row(rows[i].name, rows[i].timer, range, ARGUMENTS_MAX);
     }
+    row("pi_q15_step.registers", time_pi_q15_step_registers, range_pi, 5u);
+    row("svm_minmax.registers", time_svm_minmax_registers, range_svm, 2u);
 }

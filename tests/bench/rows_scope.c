@@ -52,8 +52,7 @@ static void row(const char *name, uint32_t sampled)
         loop_state_typical(&axes[0].loop);
         timing_add_typical(&rows_timing, taken(with_sampler != 0u));
     }
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row(name, &figures, NULL);
+    rows_print(name);
 }
 
 TIMING_FUNCTION(time_step, scope_step(&scope))
@@ -64,8 +63,7 @@ static void row_recorder(void)
     for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
         timing_add_typical(&rows_timing, timing_once(time_step, NULL, NULL));
     }
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("scope.recorder", &figures, NULL);
+    rows_print("scope.recorder");
 }
 
 void rows_scope(void)

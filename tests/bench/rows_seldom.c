@@ -36,8 +36,7 @@ static void row_fault(const char *name, bool first)
         timing_add_typical(&rows_timing, timing_once(time_fault, NULL, NULL));
     }
     axes[0].faults.cause = FAULT_NONE;
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row(name, &figures, NULL);
+    rows_print(name);
 }
 
 /* A command splits its line in place, so it gets a new one each time. */
@@ -70,8 +69,7 @@ static void row_command(const char *name, const char *text)
         (void)mmuart_init(&print_uart, MMUART0, CONFIG_CONSOLE_BAUD);
         cpu_irq_restore(mask);
     }
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row(name, &figures, NULL);
+    rows_print(name);
 }
 
 /* The longest one: the transmitter takes sixteen characters. They are a remark in the table. */
@@ -90,8 +88,7 @@ static void row_tuning(void)
 {
     timing_begin(&rows_timing);
     timing_add_typical(&rows_timing, timing_once(time_tuning, NULL, NULL));
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("tuning_compute", &figures, NULL);
+    rows_print("tuning_compute");
 }
 
 /* Between two of which the thread serves its lines. */
@@ -102,8 +99,7 @@ static void row_parts(void)
     do {
         timing_add_typical(&rows_timing, timing_once(time_part, NULL, NULL));
     } while (part_follows);
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("torque_build.part", &figures, NULL);
+    rows_print("torque_build.part");
 }
 
 /* With saliency, which the initial motor does not have. */
@@ -112,8 +108,7 @@ static void row_tables(void)
     axes[0].params.lq_uh *= 2;
     timing_begin(&rows_timing);
     timing_add_typical(&rows_timing, timing_once(time_tables, NULL, NULL));
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("torque_build", &figures, NULL);
+    rows_print("torque_build");
     row_parts();
     axes[0].params.lq_uh /= 2;
     rows_build_tables();

@@ -140,8 +140,7 @@ static void print_states(const char *name, timer_function timer, uint32_t (*inte
         timing_add_extreme(&rows_timing, interrupt != NULL ? interrupt() : timing_once(timer, NULL, NULL));
         count_fault();
     }
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row(name, &figures, NULL);
+    rows_print(name);
 }
 
 void rows_build_tables(void)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The quick part of `make fabric`: lint, two small proofs, a fault that breaks one, and the whole fabric used over its bus."""
-import subprocess
+"""The quick part of `make fabric`: lint, two small proofs, a fault that breaks one, the twin's models in lockstep."""
 import sys
 from pathlib import Path
 
@@ -18,7 +17,6 @@ import synthesis  # noqa: E402
 
 # filters, a multiplier and a table: adc_benches.py holds them against exact arithmetic
 SIMULATED = {"adc_multiply", "adc_curve", "sinc3", "sinc3_comb"}
-PERIOD, DEAD, SHORTEST = 1000, 50, 20   # as in bench_pwm.v, which measures over two periods
 
 
 def test_no_tool_warns():
@@ -65,44 +63,6 @@ def test_budgets_hold_both_ways(change, said):
 def test_a_seventh_level_is_told():
     budget = {"CFG": 100, "ARI1": 10, "SLE": 10, "MACC": 0}
     assert "at most 6" in next(synthesis.complaints("pwm", {**budget, "levels": 7}, {"pwm": budget}))
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory):
-    """{what: [numbers]} of bench_pwm.v."""
-    out = tmp_path_factory.mktemp("bench") / "bench"
-    sources = [FOLDER / "bench_pwm.v", *sorted(places.RTL.glob("*.v"))]
-    subprocess.run(["iverilog", "-g2005", *places.includes(), "-o", out, "-s", "bench", *sources], check=True)
-    run = subprocess.run(["vvp", "-n", out], capture_output=True, text=True, check=True)
-    return {line.split()[0]: line.split()[1:] for line in run.stdout.strip().split("\n") if line.strip()}
-
-
-def test_identity(bench):
-    assert bench["id0"] == bench["id1"] == ["464f4331"] and bench["id2"] == ["0"] and bench["axes1"] == ["21"]
-
-
-def test_on_times_are_exact(bench):
-    compares = (300, 500, 700)
-    high = [str(2 * (2 * compare - DEAD)) for compare in compares]
-    low = [str(2 * (2 * (PERIOD - compare) - DEAD)) for compare in compares]
-    assert bench["high"] == [*high, "low", *low, "pulses", "2"] and bench["both"] == ["0"]
-
-
-def test_carriers_are_shifted(bench):
-    """Axis 1 starts at 500 when axis 0 is at its valley. Its COUNT is read three clocks after that of axis 0; both fall."""
-    assert bench["count0"] == [str(PERIOD)] and bench["count1"] == ["497"] and bench["status1"] == ["1"]
-
-
-def test_extremes(bench):
-    assert bench["short"] == ["high", str(2 * SHORTEST), "pulses", "2"]
-    assert bench["ends"] == ["high", "0", str(4 * PERIOD), "low", str(4 * PERIOD), "0"]
-    assert bench["brake"] == ["high", "0", "low", str(2 * PERIOD)]
-
-
-def test_stops(bench):
-    assert bench["sto"] == ["high", "0", "low", "0"]
-    assert bench["latched"] == ["400"] and bench["refused"] == ["0"] and bench["cleared"] == ["1"]
-    assert bench["lost"] == ["48", "triggers", "3"]
 
 
 def test_lockstep_with_the_twin():

@@ -8,31 +8,24 @@ from host_build import ROOT
 
 I32, U32 = np.int32, np.uint32
 
-# name: (input types, output types)
+# name: (its function from words to words, input types, output types)
 SWEEPS = {
-    "clarke": ((I32,) * 2, (I32,) * 2),
-    "invclarke": ((I32,) * 2, (I32,) * 3),
-    "park": ((I32,) * 4, (I32,) * 2),
-    "invpark": ((I32,) * 4, (I32,) * 2),
-    "cossin": ((U32,), (I32,) * 2),
-    "clarke3": ((I32,) * 3, (I32,) * 2),
-    "clarke_bc": ((I32,) * 2, (I32,) * 2),
-    "clarke_ca": ((I32,) * 2, (I32,) * 2),
-    "atan2": ((I32,) * 2, (U32, U32)),
-    "magnitude": ((I32,) * 2, (I32,)),
-    "polar_root": ((U32,), (I32,)),
-    "polar_reciprocal": ((U32,), (U32,)),
-    "polar_arctangent": ((U32,), (U32,)),
-    "sincos": ((U32,), (I32,) * 2),
-    "polar_root_down": ((U32,), (I32,)),
-    "circle_rest": ((I32,) * 2, (I32,)),
-    "svm": ((I32,) * 3, (I32,) * 3),
-    "svm_middle": ((I32,) * 2, (I32,)),
-    "deadtime": ((I32, U32), (I32,)),
-    "advance": ((I32,) * 3, (I32,) * 2),
-    "pi_hold": ((I32,) * 3, (I32,)),
-    "pi_saturate": ((I32,) * 3, (I32,) * 2),
-    "sat16": ((I32,), (I32,)),
+    "clarke": ("clarke_q15", (I32,) * 2, (I32,) * 2),
+    "invclarke": ("invclarke_q15", (I32,) * 2, (I32,) * 3),
+    "park": ("park_q15", (I32,) * 4, (I32,) * 2),
+    "invpark": ("invpark_q15", (I32,) * 4, (I32,) * 2),
+    "cossin": ("cossin_q15", (U32,), (I32,) * 2),
+    "clarke3": ("clarke3_q15", (I32,) * 3, (I32,) * 2),
+    "clarke_bc": ("clarke_bc_q15", (I32,) * 2, (I32,) * 2),
+    "clarke_ca": ("clarke_ca_q15", (I32,) * 2, (I32,) * 2),
+    "magnitude": ("magnitude_q15", (I32,) * 2, (I32,)),
+    "circle_rest": ("circle_rest_q15", (I32,) * 2, (I32,)),
+    "advance": ("advance_q15", (I32,) * 3, (I32,) * 2),
+    **{name: (name, inputs, outputs) for name, inputs, outputs in (
+        ("atan2", (I32,) * 2, (U32, U32)), ("polar_root", (U32,), (I32,)), ("polar_root_down", (U32,), (I32,)),
+        ("polar_reciprocal", (U32,), (U32,)), ("polar_arctangent", (U32,), (U32,)), ("sincos", (U32,), (I32,) * 2),
+        ("svm", (I32,) * 3, (I32,) * 3), ("svm_middle", (I32,) * 2, (I32,)), ("deadtime", (I32, U32), (I32,)),
+        ("pi_hold", (I32,) * 3, (I32,)), ("pi_saturate", (I32,) * 3, (I32,) * 2), ("sat16", (I32,), (I32,)))},
 }
 # Lib.h and LibFoc.h: fields in, fields out
 API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2),
@@ -69,18 +62,18 @@ class Pll(ctypes.Structure):
 class Library:
     def __init__(self, path):
         self.dll = ctypes.CDLL(str(path))
-        for name, (inputs, outputs) in SWEEPS.items():
-            setattr(self, name, self._sweep(getattr(self.dll, "shim_" + name), inputs, outputs))
+        for name, (function, inputs, outputs) in SWEEPS.items():
+            setattr(self, name, self._sweep(getattr(self.dll, "shipped_" + function), inputs, outputs))
 
-    @staticmethod
-    def _sweep(function, input_types, output_types):
+    def _sweep(self, function, input_types, output_types):
         def call(*inputs):
             assert len(inputs) == len(input_types)
             shape = np.broadcast_shapes(*(np.shape(np.atleast_1d(values)) for values in inputs))
-            arrays = [array(values, dtype, shape) for values, dtype in zip(inputs, input_types)]
-            results = [np.empty(shape, dtype) for dtype in output_types]
-            function(ctypes.c_size_t(arrays[0].size), *map(pointer, arrays + results))
-            results = [values.astype(np.int64) for values in results]
+            words = np.stack([array(values, dtype, shape).view(I32) for values, dtype in zip(inputs, input_types)], -1)
+            found = np.empty((*shape, len(output_types)), I32)
+            self.dll.shim_sweep(function, *map(ctypes.c_size_t, (words[..., 0].size, len(input_types), len(output_types))),
+                                pointer(words), pointer(found))
+            results = [np.ascontiguousarray(found[..., k]).view(dtype).astype(np.int64) for k, dtype in enumerate(output_types)]
             return results[0] if len(results) == 1 else results
         return call
 

@@ -2,7 +2,7 @@
 """The library, built for the host, for all tests of this folder."""
 import pytest
 from binding import Library
-from host_build import HERE, LIBRARY, build_dir, compile_host
+from host_build import HERE, KERNELS, LIBRARY, build_dir, compile_host
 from hypothesis import settings
 
 settings.register_profile("mssfoc", deadline=None, derandomize=True, database=None, max_examples=200)
@@ -16,7 +16,7 @@ def library_for():
 
     def load(frac):
         if frac not in loaded:
-            target = compile_host(build_dir() / f"liblib{frac}.so", [HERE / "shim.c", *LIBRARY],
+            target = compile_host(build_dir() / f"liblib{frac}.so", [HERE / "shim.c", KERNELS, *LIBRARY],
                                   ["-O2", "-fPIC", "-shared", f"-DLIB_TRIG_FRAC={frac}"])
             loaded[frac] = Library(target)
         return loaded[frac]

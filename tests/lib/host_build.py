@@ -11,6 +11,7 @@ TRIG_FRACS = (1, 15, 16, 30, 31)
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wundef", "-Wmissing-prototypes", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 
+KERNELS = ROOT / "tests" / "bench" / "kernels_shipped.c"
 LIBRARY = [ROOT / "lib" / f"{name}.c" for name in ("Lib", "LibFoc", "trig", "polar")]
 
 
@@ -27,7 +28,7 @@ def host_cc():
 
 def compile_host(target, sources, flags):
     """Compile unless `target` is newer than everything it could depend on; safe with several pytest workers."""
-    inputs = [*ROOT.glob("lib/*"), *HERE.glob("*.[ch]"), *ROOT.glob("tests/target/lib_*"), HERE / "host_build.py"]
+    inputs = [*ROOT.glob("lib/*"), *HERE.glob("*.[ch]"), *ROOT.glob("tests/bench/kernels*"), HERE / "host_build.py"]
     with open(target.parent / ".lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if target.exists() and target.stat().st_mtime > max(path.stat().st_mtime for path in inputs):

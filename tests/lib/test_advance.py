@@ -73,28 +73,3 @@ def test_the_headers_figures(lib):
         angle, length = turned(lib, round(np.radians(degrees) * ONE))
         assert 0.8 * percent < 100 * np.abs(length - 1).max() < percent
         assert 0.8 * direction < np.degrees(np.abs(angle - np.radians(degrees)).max()) < direction
-
-
-@pytest.mark.parametrize("turn", (-TURN_MAX, 1715, 6554))
-def test_determinant_is_one(lib, turn):
-    """Areas stay: of two vectors, the cross product, but for their roundings."""
-    rng = np.random.default_rng(5)
-    u, v = rng.integers(-46000, 46000, (2, 2, 5000))
-    a, b = (np.array(lib.advance(*w, turn), dtype=float) for w in (u, v))
-    cross = u[0].astype(float) * v[1] - u[1].astype(float) * v[0]
-    assert np.abs(a[0] * b[1] - a[1] * b[0] - cross).max() < 8 * 46000 * 1.6
-
-
-@pytest.mark.parametrize("turn", (1715, 6554, -TURN_MAX))
-def test_many_turns_go_round_an_ellipse(lib, turn):
-    """x^2 - t x y + y^2 stays; so lengths neither grow nor shrink, and a turn takes 2 asin(t/2) on average."""
-    t, turns = turn / ONE, 2000
-    x = y = 30000
-    start, angle, path = x * x - t * x * y + y * y, 0.0, []
-    for _ in range(turns):
-        new_x, new_y = (int(v[0]) for v in lib.advance(x, y, turn))
-        angle += np.angle((new_x + 1j * new_y) / (x + 1j * y))
-        x, y = new_x, new_y
-        path.append(x * x - t * x * y + y * y)
-    assert np.abs(np.array(path) / start - 1).max() < 0.01  # what 2000 roundings do
-    assert angle / turns == pytest.approx(2 * np.arcsin(t / 2), rel=0.001)

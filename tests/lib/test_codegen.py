@@ -5,12 +5,12 @@ import re
 import subprocess
 
 import pytest
-from host_build import HERE, ROOT, build_dir
+from host_build import KERNELS as SHIPPED
+from host_build import ROOT, build_dir
 
 FLAGS = ["-mcpu=cortex-m3", "-mthumb", "-ffreestanding", "-std=c11", "-O2", "-ffunction-sections",
          "-fno-delete-null-pointer-checks", "-Wall", "-Wextra", "-Werror", "-I", str(ROOT)]
-KERNELS = {"clarke", "park", "invpark", "invclarke", "cossin", "pi", "pi_hold", "circle_rest", "svm", "deadtime", "advance",
-           "pll", "clarke3", "clarke_bc", "clarke_ca", "atan2", "magnitude"}
+KERNELS = set(re.findall(r"KERNEL\((\w+)\)\(", (ROOT / "tests" / "bench" / "kernels_body.h").read_text()))
 API = {"Clarke_Lib_Do", "InvClarke_Lib_Do", "Park_Lib_Do", "InvPark_Lib_Do"}
 LONG_OR_DIVISION = re.compile(r"^(smull|umull|smlal|umlal|sdiv|udiv)\b")
 CONDITIONS = "eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le"
@@ -36,7 +36,7 @@ def functions(source, *defines):
 
 @pytest.fixture(scope="module")
 def kernels():
-    return {name.removeprefix("kernel_"): body for name, body in functions(HERE / "kernels.c").items()}
+    return {name.removeprefix("shipped_"): body for name, body in functions(SHIPPED).items()}
 
 
 def branches(body):
@@ -49,7 +49,7 @@ def returns(body):
 
 
 def test_all_kernels_are_seen(kernels):
-    assert set(kernels) == KERNELS
+    assert set(kernels) == KERNELS and len(KERNELS) > 15
 
 
 @pytest.mark.parametrize("name", sorted(KERNELS))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Lib.h as a stranger's compiler sees it."""
+"""Lib.h and LibFoc.h as a stranger's compiler sees them."""
 import os
 import re
 import subprocess
@@ -11,6 +11,7 @@ from host_build import host_cc
 ROOT = Path(__file__).resolve().parents[2]
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-pedantic-errors", "-Wundef", "-Wstrict-prototypes", "-Werror"]
 STRICT_CXX = [flag for flag in STRICT if flag != "-Wstrict-prototypes"] + ["-Wold-style-cast", "-Wuseless-cast"]
+STRICT_FOC = [flag for flag in STRICT if flag != "-Wstrict-prototypes"]
 USER = """
 #include "lib/Lib.h"
 #include "lib/Lib.h"
@@ -42,6 +43,50 @@ int main(void)
     in.vbeta = stationary.vbeta;
     InvClarke_Lib_Do(&in, &out);
     return out.va == 1000 && out.vb == -500 && out.vc == -500 ? 0 : 1;
+}
+"""
+USER_FOC = """
+#include "%s"
+int main(void)
+{
+    sincosoutput_type angle;
+    clarkeinput_type three;
+    clarkeoutput_type two;
+    parkinput_type park;
+    parkoutput_type rotor;
+    polarinput_type vector;
+    polaroutput_type polar;
+    piinput_type sample = {1000, 400, 500};
+    pistate_type controller = {512, 32, 0};
+    pioutput_type asked;
+    svminput_type phases = {300, -100, -200};
+    svmoutput_type centred;
+    three.ia = 2100;
+    three.ib = 600;
+    three.ic = 600;
+    Clarke3_Lib_Do(&three, &two);
+    SinCos_Lib_Do(0, &angle);
+    park.ialpha = two.ialpha;
+    park.ibeta = two.ibeta;
+    park.cos = angle.cos;
+    park.sin = angle.sin;
+    Park_Lib_Do(&park, &rotor);
+    vector.x = 0;
+    vector.y = -rotor.id;
+    Polar_Lib_Do(&vector, &polar);
+    three.ib = -1000;
+    three.ic = 400;
+    ClarkeBC_Lib_Do(&three, &two);
+    if (two.ialpha != 600) {
+        return 1;
+    }
+    PI_Lib_Do(&sample, &controller, &asked);
+    SVM_Lib_Do(&phases, &centred);
+    if (asked.output != 500 || controller.integral_q9 != 0 || centred.va != 250 || centred.vb != -150) {
+        return 2;
+    }
+    ClarkeCA_Lib_Do(&three, &two);
+    return two.ialpha == 2100 && polar.magnitude == 1000 && polar.angle_q32 == 3221225472u ? 0 : 1;
 }
 """
 
@@ -98,9 +143,10 @@ def test_every_trig_frac_compiles(frac):
     assert result.returncode == 0, result.stderr
 
 
-def test_includes_stdint_only():
-    text = (ROOT / "lib" / "Lib.h").read_text()
-    assert re.findall(r"^\s*#\s*include\s+(.*)$", text, re.M) == ["<stdint.h>"]
+@pytest.mark.parametrize("header, includes", (("Lib.h", ["<stdint.h>"]), ("LibFoc.h", ["<stdint.h>", '"Lib.h"'])))
+def test_includes_stdint_only(header, includes):
+    text = (ROOT / "lib" / header).read_text()
+    assert re.findall(r"^\s*#\s*include\s+(.*)$", text, re.M) == includes
 
 
 def test_names_and_order():
@@ -122,3 +168,20 @@ def test_names_and_order():
         ("Park_Lib_Do", "parkinput_type", "parkinput_ptr", "parkoutput_type", "parkoutput_ptr"),
         ("InvPark_Lib_Do", "invparkinput_type", "invparkinput_ptr", "invparkoutput_type", "invparkoutput_ptr"),
     ]
+
+
+@pytest.mark.parametrize("include, name", ((ROOT, "lib/LibFoc.h"), (ROOT / "lib", "LibFoc.h")))
+@pytest.mark.parametrize("compiler, language, standard", (
+    (None, "c", "c99"), (None, "c", "c17"), ("c++", "c++", "c++11"), ("c++", "c++", "c++17")))
+def test_the_family_compiles_and_runs_by_either_name(include, name, compiler, language, standard, tmp_path):
+    objects = []
+    for source in ("Lib", "LibFoc", "trig", "polar"):
+        objects.append(str(tmp_path / f"{source}.o"))
+        subprocess.run([host_cc(), "-std=c11", "-I", str(ROOT), "-c", f"lib/{source}.c", "-o", objects[-1]], cwd=ROOT,
+                       check=True)
+    program = tmp_path / "program"
+    result = subprocess.run([compiler or host_cc(), f"-std={standard}", *STRICT_FOC, "-I", str(include), "-o", str(program),
+                             "-x", language, "-", "-x", "none", *objects],
+                            input=USER_FOC % name, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert subprocess.run([str(program)], check=False).returncode == 0

@@ -7,7 +7,6 @@ import pytest
 from host_build import TRIG_FRACS
 from hypothesis import given
 from hypothesis import strategies as st
-from make_tables import sine_of_turn
 from oracle import INT32_MAX, INT32_MIN
 
 # Uniform values are nearly all huge: mix in all magnitudes, and the corners.
@@ -152,47 +151,6 @@ def test_input_and_output_may_overlap(lib, name, count, data):
         assert lib.api(name, *fields, output_offset=offset) == alone
 
 
-@given(x=I32, y=I32, turn=st.integers(0, 2**32 - 1))
-@pytest.mark.parametrize("frac", (15, 30))
-def test_round_trip(library_for, frac, x, y, turn):
-    """Park and back: the error is that of two roundings and of the length of (cos, sin)."""
-    lib = library_for(frac)
-    x, y = x >> 2, y >> 2
-    angle = Fraction(turn, 2**32)
-    cosine, sine = (oracle.round_half_up(sine_of_turn(a) * (1 << frac)) for a in (angle + Fraction(1, 4), angle))
-    d, q = lib.api("Park_Lib_Do", x, y, cosine, sine)
-    back = lib.api("InvPark_Lib_Do", d, q, cosine, sine)
-    gain = Fraction(cosine * cosine + sine * sine, 1 << 2 * frac)
-    for was, now in zip((x, y), back):
-        assert abs(now - gain * was) <= Fraction(3, 2)  # 1/2 (|cos| + |sin|) + 1/2
-
-
-@given(ia=I32, ib=I32)
-def test_clarke_round_trip(lib, ia, ib):
-    ia, ib = ia >> 2, ib >> 2
-    ialpha, ibeta = lib.api("Clarke_Lib_Do", ia, ib, 0)
-    va, vb, vc = lib.api("InvClarke_Lib_Do", ialpha, ibeta)
-    assert va == ia and abs(vb - ib) <= 1 and abs(vc + ia + ib) <= 1
-
-
-@given(a=st.tuples(I32, I32), b=st.tuples(I32, I32), trig=st.tuples(I32, I32))
-def test_linear_within_rounding(lib, a, b, trig):
-    """f(a) + f(b) = f(a + b) as far as roundings allow, where nothing saturates."""
-    a, b = ([x >> 3 for x in v] for v in (a, b))
-    trig = [max(-32768, min(32768, x)) for x in trig]
-    both = [x + y for x, y in zip(a, b)]
-    for name in ("Park_Lib_Do", "InvPark_Lib_Do"):
-        parts = (lib.api(name, *v, *trig) for v in (a, b))
-        assert all(abs(p + q - s) <= 1 for p, q, s in zip(*parts, lib.api(name, *both, *trig)))
-
-
-@given(fields=st.tuples(I32, I32, I32, I32))
-def test_quarter_turn_symmetry(lib, fields):
-    """Turning the vector and the frame by a quarter changes nothing: (x, y, c, s) -> (-y, x, -s, c)."""
-    x, y, c, s = (max(-INT32_MAX, value) for value in fields)
-    assert lib.api("Park_Lib_Do", x, y, c, s) == lib.api("Park_Lib_Do", -y, x, -s, c)
-
-
 @given(low=I32, high=I32, other=I32)
 def test_monotone(lib, low, high, other):
     low, high = sorted((low, high))
@@ -200,28 +158,6 @@ def test_monotone(lib, low, high, other):
     assert lib.api("Clarke_Lib_Do", low, other, 0)[1] <= lib.api("Clarke_Lib_Do", high, other, 0)[1]
     falling, rising = (lib.api("InvClarke_Lib_Do", other, beta) for beta in (low, high))
     assert falling[1] <= rising[1] and falling[2] >= rising[2]
-
-
-@each_frac
-@given(low=I32, high=I32, other=I32, trig=st.tuples(I32, I32))
-def test_park_is_monotone(library_for, frac, low, high, other, trig):
-    """Where x rises, d rises with it if cos is not negative, and q falls if sin is not; the inverse likewise."""
-    lib = library_for(frac)
-    cosine, sine = (abs(max(-INT32_MAX, value)) for value in trig)
-    low, high = sorted((low, high))
-    below, above = (lib.api("Park_Lib_Do", x, other, cosine, sine) for x in (low, high))
-    assert below[0] <= above[0] and below[1] >= above[1]
-    below, above = (lib.api("InvPark_Lib_Do", x, other, cosine, sine) for x in (low, high))
-    assert below[0] <= above[0] and below[1] <= above[1]
-
-
-@given(valpha=I32, vbeta=I32)
-def test_mirrored_voltages_swap_phases(lib, valpha, vbeta):
-    """vbeta -> -vbeta swaps b and c, as far as roundings allow: the sum stays, so each moves by one at most."""
-    vbeta = max(-INT32_MAX, vbeta)
-    _, vb, vc = lib.api("InvClarke_Lib_Do", valpha, vbeta)
-    _, mirrored_vb, mirrored_vc = lib.api("InvClarke_Lib_Do", valpha, -vbeta)
-    assert abs(vb - mirrored_vc) <= 1 and abs(vc - mirrored_vb) <= 1
 
 
 @each_frac

@@ -105,39 +105,6 @@ def test_the_integral_stays_within_its_bound(lib):
     assert farthest > 0.9998  # so the bound is not an idle one
 
 
-@given(pi=st.builds(Pi, st.integers(0, KP_MAX), st.integers(0, KI_MAX), st.just(0)),
-       start=st.integers(-32768 * FRACTION, 32768 * FRACTION), seed=st.integers(0, 2**32 - 1))
-def test_the_integral_stays_within_its_bound_for_any_errors(lib, pi, start, seed):
-    rng = np.random.default_rng(seed)
-    largest = int(rng.choice([100, 5000, ERROR_MAX]))
-    pi.integral_q9 = start
-    _, integrals = lib.pi_steps(pi, rng.integers(-largest // 4, largest + 1, 300), rng.integers(0, LIMIT_MAX + 1, 300))
-    assert np.abs(integrals).max() <= 32768 * FRACTION + largest_step(pi.ki_q15)
-
-
-def test_step_response_is_the_closed_form(lib):
-    """Constant error: kp e + n ki e, a ramp that begins at the second sample."""
-    for kp, ki, error in ((250, 62, 1000), (KP_MAX, 4, -90), (0, 33, 333), (512, KI_MAX, 1)):
-        n = np.arange(200)
-        outputs, _ = lib.pi_steps(Pi(kp, ki, 0), np.full(200, error), LIMIT_MAX)
-        exact = kp * error / KP_ONE + n * (ki * error) / KI_ONE
-        inside = np.abs(exact) < LIMIT_MAX
-        assert inside.sum() > 50
-        short = (exact - outputs)[inside]
-        assert short.min() >= 0 and short.max() < 1 + 200 / FRACTION  # rounded down, and so was each step
-
-
-def test_rounding_down_costs_the_integral_less_than_2_to_minus_9_a_sample(lib):
-    for ki in (1, 17, 131, KI_MAX):
-        for pattern in ([1, -1], [2], [-1], [5, -3, -2]):
-            errors = np.tile(pattern, 20000)
-            _, integrals = lib.pi_steps(Pi(0, ki, 0), errors, LIMIT_MAX)
-            inside = np.abs(integrals) < LIMIT_MAX * FRACTION
-            exact = np.cumsum(errors) * ki / 64
-            lost = (exact - integrals)[np.logical_and.accumulate(inside)]
-            assert lost.size > 10 and lost.min() >= 0 and np.all(lost < np.arange(1, lost.size + 1))
-
-
 @pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("limit", (0, 3000, 16384, LIMIT_MAX))
 @pytest.mark.parametrize("kp", (0, 1024, KP_MAX))
@@ -154,32 +121,12 @@ def test_saturation_stores_nothing(lib, kp, limit, sign):
         assert sign * one_step(lib, pi, -sign * 20000, limit)[0] <= 0  # out of the limit at once
 
 
-@given(pi=PIS, error=around(ERROR_MAX), limit=st.integers(0, LIMIT_MAX))
-def test_the_way_back_is_always_taken(lib, pi, error, limit):
-    """Whatever the state, an error that leads away from the limit steps; one that leads further into it does not."""
-    wanted, before = (pi.kp_q9 * error + pi.integral_q9) // FRACTION, pi.integral_q9
-    moved = one_step(lib, pi, error, limit)[1] - before
-    step = pi.ki_q15 * error // 64
-    back = (wanted > limit and error < 0) or (wanted < -limit and error > 0)
-    further = (wanted > limit and error > 0) or (wanted < -limit and error < 0)
-    assert not back or moved == step
-    assert not further or moved == 0
-
-
 def test_an_integral_far_outside_comes_back(lib):
     for sign in (1, -1):
         pi = Pi(100, 500, sign * INTEGRAL_MAX)
         outputs, integrals = lib.pi_steps(pi, np.full(50000, -sign * 2000), LIMIT_MAX)
         assert outputs[0] == sign * LIMIT_MAX and outputs[-1] == -sign * LIMIT_MAX
         assert np.all(sign * np.diff(integrals[:30000]) < 0)
-
-
-@given(pi=st.builds(Pi, st.integers(0, KP_MAX), st.integers(0, KI_MAX), st.integers(-2**24, 2**24)),
-       error=st.integers(-100, 100), feedforward=st.integers(-20000, 20000))
-def test_a_feedforward_added_to_the_integral_appears_in_full(lib, pi, error, feedforward):
-    plain = (pi.kp_q9 * error + pi.integral_q9) // FRACTION
-    pi.integral_q9 += feedforward * FRACTION
-    assert one_step(lib, pi, error, LIMIT_MAX)[0] == max(-LIMIT_MAX, min(LIMIT_MAX, plain + feedforward))
 
 
 def drive_plant(lib, pi, references, limit, gain=0.05, pole=0.02):
@@ -199,12 +146,6 @@ def cancelling_pi():
     return Pi(round((kp + kp * 0.02) * KP_ONE), round(kp * 0.02 * KI_ONE), 0)  # kp + ki: it integrates after the output
 
 
-def test_closed_loop_has_no_offset_and_no_overshoot(lib):
-    currents, _ = drive_plant(lib, cancelling_pi(), np.full(1500, 2000), LIMIT_MAX)
-    assert abs(currents[-200:].mean() - 2000) < 0.6
-    assert currents.max() < 2000 * 1.02
-
-
 def test_windup_recovery_in_closed_loop(lib):
     """An unreachable reference for 500 samples, then a reachable one: no overshoot beyond the step's own."""
     limit = 3000  # reaches 7500
@@ -216,17 +157,3 @@ def test_windup_recovery_in_closed_loop(lib):
     assert 0 < settled < 40  # the plant itself needs 24 samples at -limit
     assert after[settled:].min() > 2000 * 0.9
     assert abs(after[-1] - 2000) < 2
-
-
-def test_a_step_of_the_reference_keeps_the_disturbance(lib):
-    """A constant voltage drop, learnt; then a step that saturates for a while: the integral still knows the drop."""
-    pi, drop, current = cancelling_pi(), 1500, 0.0
-    history = []
-    for reference in [0] * 500 + [4000] * 600:
-        output = int(lib.pi_steps(pi, reference - round(current), 4000)[0][0])
-        current += 0.05 * (output - drop) - 0.02 * current
-        history.append((current, pi.integral_q9 / FRACTION, output))
-    assert abs(history[499][1] - drop) < 20
-    assert max(output for _, _, output in history[500:]) == 4000
-    assert min(integral for _, integral, _ in history[500:]) > drop - 20
-    assert abs(history[-1][0] - 4000) < 2

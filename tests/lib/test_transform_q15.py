@@ -4,7 +4,6 @@ from fractions import Fraction
 
 import numpy as np
 import oracle
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -83,23 +82,6 @@ def test_park_equals_lib_and_exact(lib, i, angle):
     assert back == oracle.invpark(d, q, cosine, sine, 15) == lib.api("InvPark_Lib_Do", d, q, cosine, sine)
     # two roundings, and (cos, sin) up to 1 LSB too long or short, twice
     assert max(abs(back[0] - alpha), abs(back[1] - beta)) <= 1.5 + 2 * 65534 / 32768
-
-
-def test_rotation_by_quarters_is_exact(lib):
-    x, y = np.array([1234, -65533, 0, 7]), np.array([-4321, 0, 65533, 9])
-    for quarter, turned in ((0, (x, y)), (1, (y, -x)), (2, (-x, -y)), (3, (-y, x))):
-        cosine, sine = lib.cossin(quarter << 30)
-        assert all(np.array_equal(got, want) for got, want in zip(lib.park(x, y, cosine, sine), turned))
-
-
-def test_a_turning_vector_stands_still_in_its_frame(lib):
-    """Three balanced currents over a whole turn: d is the amplitude, q is zero, within the roundings."""
-    angle = np.arange(0, 65536, 5)
-    amplitude = 30000
-    theta = angle * (2 * np.pi / 65536)
-    a, b = (np.rint(amplitude * np.cos(theta - shift)).astype(int) for shift in (0, 2 * np.pi / 3))
-    d, q = lib.park(*lib.clarke(a, b), *lib.cossin(angle << 16))
-    assert np.abs(d - amplitude).max() <= 3 and np.abs(q).max() <= 3
 
 
 def test_saturation_to_16_bits(lib):

@@ -13,6 +13,7 @@ from mutants.report import room
 ROOMS = ("firmware", "drivers", "startup", "lib", "qemu/twin", "qemu/launcher", "qemu/client")
 ENDS = {"qemu/launcher": (".py",), "qemu/client": (".py",)}
 NOT = ("rtl_", "fabric_rtl", "modelbench", "modelcheck", "reach")  # `make fabric` judges these, or they are tests' own programs
+LOCKSTEP = ("pwm.", "adc.", "gate.", "chopper.", "watch.", "fabric_model.")  # of the twin: tests/fabric/lockstep
 TRIES = 40
 
 
@@ -21,8 +22,9 @@ class Sources:
 
     def __init__(self, root, rooms=ROOMS, **parser):
         self.root, self.parser = Path(root), Parser(Path(root), **parser)
+        left = {room: NOT + (LOCKSTEP if room == "qemu/twin" else ()) for room in rooms}
         paths = [p for room in rooms for p in sorted((self.root / room).rglob("*"))
-                 if p.suffix in ENDS.get(room, (".c", ".h", ".S")) and not p.name.startswith(NOT)]
+                 if p.suffix in ENDS.get(room, (".c", ".h", ".S")) and not p.name.startswith(left[room])]
         self.texts = {str(p.relative_to(self.root)): p.read_text(encoding="utf-8") for p in paths}
         self.known = {}
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The current loop's interrupt, bit for bit. The assembly runs on a loop and a fabric of the test's own, its counterpart in C
- * (current_loop_step.h) on copies of them, and everything either has written is compared. The other instances in C are held
- * against that one: given the angle that the field is to have, it must come to the same. Random data over the whole ranges and
- * their corners. And what must hold of the compares whatever the data: room for dead times and a pulse on either side.
+ * (current_loop_step.h) on copies of them, and everything either has written is compared (the other instances in C:
+ * tests/unit/test_handlers.py). Random data over the whole ranges and their corners. And what must hold of the compares whatever
+ * the data: room for dead times and a pulse on either side.
  */
 #include "firmware/control/current_loop_step.h"
 
@@ -172,18 +172,6 @@ static void compare(struct count *wrong, const struct side *tested, const struct
 static _Alignas(512) struct side tested; /* as axes.h has it: where the assembly's acknowledge comes from */
 static struct side expected;
 
-static void say(const char *title, const struct count *wrong)
-{
-    harness_note(title, STEPS);
-    harness_equal("nothing beyond the members of the interrupt has changed",
-                  differences(&tested.loop, &expected.loop, sizeof tested.loop / 4u), 0u);
-    harness_equal("states that differ", wrong->state, 0u);
-    harness_equal("compares that differ", wrong->compares, 0u);
-    harness_equal("compares without room", wrong->cramped, 0u);
-    harness_equal("samples not acknowledged", wrong->not_acknowledged, 0u);
-    harness_equal("faults missed or made up", wrong->faults, 0u);
-}
-
 static void test_assembly(void)
 {
     struct count wrong = {0};
@@ -197,74 +185,14 @@ static void test_assembly(void)
         wrong.faults += faults == gate - 1u && fault == (gate > 1u) ? 0u : 1u;
         watchdog_refresh();
     }
-    say("assembly against C: steps", &wrong);
-}
-
-/* No voltage is added, and the current stands: then the mean of two samples is the sample. */
-static void rest_injection(struct current_loop *c, alphabeta_t i)
-{
-    c->inject = (struct injection){.first = -(int32_t)(next() & 1u),
-                                   .signs = next(),
-                                   .silent = next() & 1u,
-                                   .i_alpha_q15 = i.alpha,
-                                   .i_beta_q15 = i.beta};
-}
-
-/*
- * The expected side is the encoder's instance, led to the field's angle by its offset. Afterwards the tested side's field has
- * turned by its speed, and nothing else may differ.
- */
-static void test_instance(const char *title, enum loop_source source,
-                          bool (*step_tested)(struct current_loop *, struct fabric *))
-{
-    struct count wrong = {0};
-    for (uint32_t step = 0; step < STEPS / 4u; step++) {
-        draw(&tested, &expected, (next() & 3u) == 0u ? 2u : 1u);
-        const uint32_t offset_q32 = expected.loop.angle_offset_q32;
-        tested.loop.field_follows = source >= LOOP_OBSERVER && (next() & 1u) != 0u ? UINT32_MAX : 0u;
-        expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32 +
-                                         (expected.loop.pll.angle_q32 & tested.loop.field_follows);
-        if (source == LOOP_INJECTION) {
-            rest_injection(&tested.loop, sense(&tested.fabric));
-        }
-        const bool fault = step_tested(&tested.loop, &tested.fabric);
-        const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER);
-        if (source >=
-            LOOP_OBSERVER) { /* angle and speed are tests/unit/test_observer.py's, test_injection.py's, test_hall.py's */
-            expected.loop.pll = tested.loop.pll;
-            expected.loop.flux = tested.loop.flux;
-            expected.loop.inject = tested.loop.inject;
-            expected.loop.field_follows = tested.loop.field_follows;
-        }
-        expected.loop.angle_offset_q32 = offset_q32;
-        expected.loop.field_angle_q32 += (uint32_t)expected.loop.field_speed_q32;
-        compare(&wrong, &tested, &expected);
-        wrong.faults += fault == wanted ? 0u : 1u;
-        watchdog_refresh();
-    }
-    say(title, &wrong);
-}
-
-static bool step_forced(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_FORCED);
-}
-
-static bool step_observer(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_OBSERVER);
-}
-
-static bool step_injection(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_INJECTION);
-}
-
-static struct hall hall;
-
-static bool step_hall(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step_hall(c, &hall, f);
+    harness_note("assembly against C: steps", STEPS);
+    harness_equal("nothing beyond the members of the interrupt has changed",
+                  differences(&tested.loop, &expected.loop, sizeof tested.loop / 4u), 0u);
+    harness_equal("states that differ", wrong.state, 0u);
+    harness_equal("compares that differ", wrong.compares, 0u);
+    harness_equal("compares without room", wrong.cramped, 0u);
+    harness_equal("samples not acknowledged", wrong.not_acknowledged, 0u);
+    harness_equal("faults missed or made up", wrong.faults, 0u);
 }
 
 int main(void)
@@ -273,9 +201,5 @@ int main(void)
     prepare(&tested.loop);
     prepare(&expected.loop);
     test_assembly();
-    test_instance("forced: steps", LOOP_FORCED, step_forced);
-    test_instance("observer: steps", LOOP_OBSERVER, step_observer);
-    test_instance("injection: steps", LOOP_INJECTION, step_injection);
-    test_instance("Hall: steps", LOOP_HALL, step_hall);
     harness_end();
 }

@@ -5,48 +5,34 @@
  */
 #include "drivers/cortex/systick.h"
 #include "drivers/mss/watchdog.h"
-#include "lib/transform_s32.h"
 #include "tests/target/harness.h"
 #include "tests/target/lib_cases.h"
 
 #define INTERRUPTIONS 100000u
-#define FUNCTIONS     4u
 #define KNOWN         16u   /* vectors of each context */
 #define LEAST_HITS    1000u /* interruptions inside each function, of a context that does little else */
 #define PERIOD_MIN    600u  /* core clocks: leaves the thread room between two interruptions */
 #define BX_LR         0x4770u
 
+static const lib_function functions[CASE_COUNT] = LIB_FUNCTIONS();
+
 struct known {
     struct lib_vector in;
-    struct lib_result out[FUNCTIONS];
+    struct lib_result out[CASE_COUNT];
 };
 
 static struct known thread_known[KNOWN], interrupt_known[KNOWN];
-static volatile uint32_t interruptions, interrupt_wrong, hits[FUNCTIONS];
-static uint32_t first[FUNCTIONS], last[FUNCTIONS]; /* of each function's code */
+static volatile uint32_t interruptions, interrupt_wrong, hits[CASE_COUNT];
+static uint32_t first[CASE_COUNT], last[CASE_COUNT]; /* of each function's code */
 
 void nested_interrupt(const uint32_t *frame);
-
-static struct lib_result portable(enum lib_case which, const struct lib_vector *v)
-{
-    const int32_t *const in = v->in;
-
-    if (which == CASE_CLARKE) {
-        return (struct lib_result){{in[0], s32_clarke_beta(in[0], in[1]), 0}};
-    }
-    const s32_pair_t pair = which == CASE_INVCLARKE ? s32_invclarke_bc(in[0], in[1])
-                            : which == CASE_PARK    ? s32_park(in[0], in[1], in[2], in[3], LIB_TRIG_FRAC)
-                                                    : s32_invpark(in[0], in[1], in[2], in[3], LIB_TRIG_FRAC);
-    return which == CASE_INVCLARKE ? (struct lib_result){{in[0], pair.x, pair.y}}
-                                   : (struct lib_result){{pair.x, pair.y, 0}};
-}
 
 static void prepare(struct known *known, uint32_t seed)
 {
     for (uint32_t n = 0; n < KNOWN; n++) {
         known[n].in = lib_case_vector(LIB_CASE_CORNERS, &seed);
-        for (uint32_t which = 0; which < FUNCTIONS; which++) {
-            known[n].out[which] = portable((enum lib_case)which, &known[n].in);
+        for (uint32_t which = 0; which < CASE_COUNT; which++) {
+            known[n].out[which] = lib_case_expected((enum lib_case)which, &known[n].in, LIB_TRIG_FRAC);
         }
     }
 }
@@ -54,7 +40,9 @@ static void prepare(struct known *known, uint32_t seed)
 /* Calls one function, and says whether its result is wrong. */
 static bool wrong(const struct known *known, uint32_t which)
 {
-    const struct lib_result got = lib_case_api((enum lib_case)which, &known->in);
+    struct lib_result got = {{0, 0, 0}};
+
+    functions[which](known->in.in, got.out);
     const struct lib_result *const expected = &known->out[which];
 
     return got.out[0] != expected->out[0] || got.out[1] != expected->out[1] || got.out[2] != expected->out[2];
@@ -76,7 +64,7 @@ void nested_interrupt(const uint32_t *frame)
     const uint32_t pc = frame[6];
     const uint32_t number = interruptions;
 
-    for (uint32_t which = 0; which < FUNCTIONS; which++) {
+    for (uint32_t which = 0; which < CASE_COUNT; which++) {
         if (first[which] < pc && pc <= last[which]) { /* behind the first instruction, the return still to come */
             hits[which]++;
         }
@@ -96,13 +84,7 @@ __attribute__((naked)) void SysTick_Handler(void)
 
 static void locate(void)
 {
-    static void *const functions[FUNCTIONS] = {
-        [CASE_CLARKE] = (void *)Clarke_Lib_Do,
-        [CASE_INVCLARKE] = (void *)InvClarke_Lib_Do,
-        [CASE_PARK] = (void *)Park_Lib_Do,
-        [CASE_INVPARK] = (void *)InvPark_Lib_Do,
-    };
-    for (uint32_t which = 0; which < FUNCTIONS; which++) {
+    for (uint32_t which = 0; which < CASE_COUNT; which++) {
         first[which] = (uint32_t)(uintptr_t)functions[which] & ~1u;
         last[which] = end_of(first[which]);
     }
@@ -110,8 +92,8 @@ static void locate(void)
 
 int main(void)
 {
-    static const char *const names[FUNCTIONS] = {"interrupted inside Clarke", "interrupted inside InvClarke",
-                                                 "interrupted inside Park", "interrupted inside InvPark"};
+    static const char *const names[CASE_COUNT] = {"interrupted inside Clarke", "interrupted inside InvClarke",
+                                                  "interrupted inside Park", "interrupted inside InvPark"};
     uint32_t thread_wrong = 0u;
 
     (void)harness_begin();
@@ -120,7 +102,7 @@ int main(void)
     prepare(interrupt_known, 2u);
     harness_true("SysTick starts", systick_start_periodic(PERIOD_MIN));
     for (uint32_t n = 0; interruptions < INTERRUPTIONS; n++) {
-        for (uint32_t which = 0; which < FUNCTIONS; which++) {
+        for (uint32_t which = 0; which < CASE_COUNT; which++) {
             thread_wrong += wrong(&thread_known[n % KNOWN], which) ? 1u : 0u;
         }
         if (n % 256u == 0u) {
@@ -131,7 +113,7 @@ int main(void)
     harness_equal("interruptions", interruptions, INTERRUPTIONS);
     harness_equal("wrong results in the thread", thread_wrong, 0u);
     harness_equal("wrong results in the interrupt", interrupt_wrong, 0u);
-    for (uint32_t which = 0; which < FUNCTIONS; which++) {
+    for (uint32_t which = 0; which < CASE_COUNT; which++) {
         harness_note(names[which], hits[which]);
         harness_between(names[which], hits[which], LEAST_HITS, INTERRUPTIONS);
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Waiting by timer 2, which test_timer.c checks. waiting_begin() first. */
+/* Waiting by timer 2. waiting_begin() first. */
 #ifndef TESTS_TARGET_WAITING_H
 #define TESTS_TARGET_WAITING_H
 

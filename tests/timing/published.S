@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Code whose cycles on silicon without wait states are published, and whose instructions the publication determines.
- * Written here; validate.py has the sources and the figures. Each row returns its cycles, or 0 if what it computed is wrong.
+ * Written here; cases.py has the sources and the figures. Each row returns its cycles, or 0 if what it computed is wrong.
  */
 #include "tests/timing/sequence.inc"
 

@@ -14,6 +14,7 @@ SVC, PENDSV = 11, 14
 @pytest.mark.parametrize("name", HAND_COUNTED)
 def test_sequences(name, tmp_path):
     agree, differ = sequences(run(name, tmp_path))
+    print(f"{name}: {len(agree)} sequences counted by hand exact, {len(differ)} not")
     assert not differ, "\n".join(differ)
     assert len(agree) > 2
 
@@ -21,6 +22,7 @@ def test_sequences(name, tmp_path):
 def test_published_silicon(tmp_path):
     found = measured(run("published", tmp_path))
     for case in PUBLISHED:
+        print(f"{case.name:24} model {found[case.name]}, silicon {case.cycles:g}: {case.source}")
         assert abs(found[case.name] / case.cycles - 1) <= TOLERANCE, (case, found[case.name])
 
 

@@ -2,9 +2,18 @@
 # The images that check the cycle model against counts made by hand and against published silicon, and `make timing`,
 # which prints the comparison. Included by the top Makefile, after the variables it uses.
 
-TIMING_IMAGES := $(patsubst tests/timing/%.S,$(BUILD)/tests/timing/%.elf,$(sort $(wildcard tests/timing/*.S)))
+TIMING_COUNTED := rules waits esram fetch
+TIMING_IMAGES := $(TIMING_COUNTED:%=$(BUILD)/tests/timing/%.elf) $(BUILD)/tests/timing/published.elf
 
 $(BUILD)/arm/tests/timing/%.o: tests/timing/sequence.inc
+
+$(TIMING_COUNTED:%=$(BUILD)/arm/tests/timing/%.o): %.o: %.S tests/timing/exceptions.inc
+	$(call say,AS)
+	$(Q)$(CC_ARM) $(CPU) -I. -c $< -o $@
+
+$(BUILD)/arm/tests/timing/%.S: tests/timing/sequences.py tests/timing/sequences.txt
+	@mkdir -p $(@D)
+	$(Q)$(PYTHON) $< $* > $@
 
 $(BUILD)/arm/tests/timing/published.o: $(BUILD)/arm/tests/timing/aes_table.inc
 $(BUILD)/arm/tests/timing/published.o: CPU += -I$(BUILD)/arm/tests/timing
@@ -23,6 +32,6 @@ target-tests: $(TIMING_IMAGES)
 
 timing: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin $(TIMING_IMAGES)
-	@$(PYTHON) tests/timing/validate.py
+	@PYTHONPATH=tests $(PYTHON) -m pytest -q -rP -p no:cacheprovider tests/timing
 
 .PHONY: timing

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Jitter of the current loop: cycles of its interrupt and its start relative to the PWM, over all operating points.
 
-usage: jitter.py [--motor NAME]      runs qemu/scenarios/operating_points.toml; draws jitter.png in the build folder
+usage: jitter.py      runs qemu/scenarios/operating_points.toml, on MOTOR
 
 Where two interrupts did not take the same number of cycles, the instruction that made the difference is named, by its
 source line: from the twin's record of both ways through the handler (irqpath).
@@ -22,7 +22,7 @@ if str(ROOT / "qemu") not in sys.path:
 
 from disasm import Image, ImageError  # noqa: E402
 
-HANDLER, EXCEPTION, NS_PER_CYCLE = "FabricIrq0_IRQHandler", 50, 10
+HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FEWEST_INTERRUPTS = 100_000
 CHAINED_IN, CHAINED_OUT = 1, 2  # bits of the column `chained`
 # what the drive does when, by the labels of qemu/scenarios/operating_points.toml
@@ -155,32 +155,6 @@ def by_point(log, trace, limit, names):
     return rows
 
 
-def draw(log, path):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(2, 2, figsize=(13, 7.5), constrained_layout=True)
-    figure.suptitle(f"current loop, {len(log['t_s'])} interrupts over all operating points")
-    for row, (column, label) in enumerate((("cycles", "cycles, entry and exit included"),
-                                           ("start_pwm_ns", "first instruction / ns after the PWM period's start"))):
-        values, (over_time, counted) = log[column], axes[row]
-        over_time.plot(log["t_s"], values, ",", color="#1f4e9c")
-        over_time.plot(log["t_s"], values, ".", markersize=2, color="#1f4e9c", rasterized=True)
-        over_time.set_xlabel("time / s")
-        over_time.set_ylabel(label)
-        found, counts = np.unique(values, return_counts=True)
-        width = max(1.0, (found[-1] - found[0]) / 60)
-        counted.barh(found, counts, height=width, color="#1f4e9c", log=True)
-        counted.set_ylim(over_time.get_ylim())
-        counted.set_xlabel("interrupts")
-        for axis in (over_time, counted):
-            axis.grid(True, color="#dddddd", linewidth=0.6)
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
-
-
 def current_loop_only(log):
     chosen = log["exception"] == EXCEPTION
     return {name: values[chosen] for name, values in log.items()}
@@ -210,13 +184,11 @@ def report(image, log, trace, ways, limit, names, out=print):
         out(line)
 
 
-def main(arguments):
+def main():
     from launcher import simulate
     from launcher.load import load_irqlog
 
-    motor = arguments[1] if arguments[:1] == ["--motor"] and len(arguments) == 2 else os.environ.get("MOTOR")
-    if arguments and arguments[:1] != ["--motor"]:
-        raise SystemExit(__doc__)
+    motor = os.environ.get("MOTOR")
     build = Path(os.environ.get("BUILD", "build"))
     image = Image(build / "mssfoc.elf")
     options = {"motor": motor} if motor else {}
@@ -228,13 +200,11 @@ def main(arguments):
     if len(log["t_s"]) < FEWEST_INTERRUPTS:
         raise ImageError(f"{len(log['t_s'])} interrupts, fewer than {FEWEST_INTERRUPTS}")
     report(image, log, result.trace, read_ways(build / "jitter" / "irqpath.csv"), 1 / np.sqrt(3), result.scenario.names)
-    draw(log, build / "jitter.png")
-    print(f"drawn: {build / 'jitter.png'}")
     return 0
 
 
 if __name__ == "__main__":
     try:
-        sys.exit(main(sys.argv[1:]))
+        sys.exit(main())
     except ImageError as error:
         raise SystemExit(f"mssfoc: {error}") from error

@@ -104,8 +104,3 @@ def test_each_handler_of_the_current_loop_takes_the_same_number_of_cycles_every_
     alone = log["cycles"][log["chained"] == 0]
     changes = np.flatnonzero(np.diff(alone)) + 1
     assert len(alone) > 7000 and len(changes) == 1 and 2000 < changes[0] < 6000
-
-
-def test_drawing(run, tmp_path):
-    jitter.draw(run[0], tmp_path / "jitter.png")
-    assert (tmp_path / "jitter.png").stat().st_size > 10000

@@ -148,7 +148,7 @@ def test_the_current_loop_is_free_of_loops_and_a_trip_costs_more(image, number):
 
 def test_measured_above_the_bound_fails(image, tmp_path, capsys):
     found = wcet.bound(image, Waits())
-    smaller = wcet.Bound(found.latency - 1, found.whole - 1, found.fault - 1, [])
+    smaller = wcet.Bound(found.latency - 1, found.whole - 1, found.fault - 1)
     log = tmp_path / "irq.bin"
 
     def write(*rows):

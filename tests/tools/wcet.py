@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Worst-case cycles of the current loop's interrupt, each of its handlers, from the instructions of the linked image.
 
-usage: wcet.py IMAGE.elf [KEY=N ...] [--measured LOG] [--tripped LOG] [--path]
+usage: wcet.py IMAGE.elf [KEY=N ...] [--measured LOG] [--tripped LOG]
        KEY: apb_read, apb_write, ppb, esram, envm_wait, cache, vector: the twin's keys cycles.*, with its defaults
        --measured   a log of interrupts (irqlog) to set beside the bound; fails if the bound is below
        --tripped    the same of a run that ends in a fault of the current loop
-       --path       every instruction of the longest way of the one in assembly
 
 The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
 exit are included; interrupts that are more urgent do not exist; the cache is locked (drivers/mss/cache.h) unless cache=0 or 1.
@@ -36,7 +35,6 @@ class Bound:
     latency: int  # exception entry until the last PWM write is done
     whole: int    # exception entry to return
     fault: int    # the same for a sample that trips
-    way: list     # instructions of the longest way
 
 
 def bound(image, waits, handler=HANDLER):
@@ -57,9 +55,8 @@ def bound(image, waits, handler=HANDLER):
     if not writes:
         raise ImageError(f"{handler} does not write the PWM")
     fault = Longest(image, costs, LOOPS).to_return(function)
-    path = [function.code[at] for at in way.path]
-    after = waits.exit - (REFILL if path[-1].mnemonic != "bx" else 0)
-    return Bound(waits.entry + max(writes), waits.entry + way.cycles + after, waits.entry + fault.cycles + waits.exit, path)
+    after = waits.exit - (REFILL if function.code[way.path[-1]].mnemonic != "bx" else 0)
+    return Bound(waits.entry + max(writes), waits.entry + way.cycles + after, waits.entry + fault.cycles + waits.exit)
 
 
 def handlers(image):
@@ -88,7 +85,7 @@ def waits_from(words):
 
 
 def largest(bounds):
-    return Bound(*(max(getattr(b, name) for b in bounds) for name in ("latency", "whole", "fault")), [])
+    return Bound(*(max(getattr(b, name) for b in bounds) for name in ("latency", "whole", "fault")))
 
 
 def show(bounds, waits, log=None, tripped=None, out=print):
@@ -118,22 +115,17 @@ def show(bounds, waits, log=None, tripped=None, out=print):
 
 
 def main(arguments):
-    words, logs, path = [], {}, False
+    words, logs = [], {}
     arguments = list(arguments)
     image = Image(arguments.pop(0))
     while arguments:
         word = arguments.pop(0)
-        if word == "--path":
-            path = True
-        elif word in ("--measured", "--tripped") and arguments:
+        if word in ("--measured", "--tripped") and arguments:
             logs[word] = arguments.pop(0)
         else:
             words.append(word)
     waits = waits_from(words)
     bounds = {name: bound(image, waits, name) for name in handlers(image)}
-    if path:
-        for instruction in bounds[HANDLER].way:
-            print(f"  {instruction.address:6x}  {instruction!s:<44} {image.line_of(instruction.address)}")
     return show(bounds, waits, logs.get("--measured"), logs.get("--tripped"))
 
 

@@ -188,11 +188,14 @@ class Bridge:
 # ---- a plant behind its registers ----
 
 class Plant:
-    """Switches at 20 kHz with these on-times, LIVE, triggers in the middle of the low sides' time, ADC off."""
-    def __init__(self, on=(2500, 2500, 2500), motor=None, load=None, inverter=None, sensors=None, seed=1):
+    """Switches at 20 kHz with these on-times, LIVE, triggers in the middle of the low sides' time, ADC off. `rtl`: the library
+    of the RTL, in place of its models."""
+    def __init__(self, on=(2500, 2500, 2500), motor=None, load=None, inverter=None, sensors=None, seed=1, rtl=None):
+        sensors = c.sensor_params(**{**SENSORS, **(sensors or {})})
+        fabric = c.fabric_rtl_open(str(rtl).encode(), sensors, seed) if rtl else None
         self.params = c.plant_params(
-            c.motor_params(**{**MOTOR, **(motor or {})}), c.load_params(**(load or {})),
-            c.inverter_params(**{**INVERTER, **(inverter or {})}), c.sensor_params(**{**SENSORS, **(sensors or {})}), 1, None)
+            motor=c.motor_params(**{**MOTOR, **(motor or {})}), load=c.load_params(**(load or {})),
+            inverter=c.inverter_params(**{**INVERTER, **(inverter or {})}), sensors=sensors, seed=1, fabric=fabric)
         self.p, self.kept = c.plant(), c.bench_rows()
         c.plant_init(self.p, self.params)
         self.p.on_trigger, self.p.context = address(c.bench_keep), ctypes.addressof(self.kept)

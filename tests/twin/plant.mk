@@ -5,7 +5,7 @@
 PLANT_CFLAGS := -std=gnu11 -O2 -g -fPIC -fsanitize=undefined,bounds-strict \
     -fno-sanitize-recover=all -Wall -Wextra -Wshadow -Werror -Iqemu/twin
 PLANT_OBJECTS := $(patsubst %,$(BUILD)/tests/twin/%.o,$(filter-out config cycles_keys,$(TWIN_PHYSICS)) \
-    cycles_cache sysreg watchdog can_bus can_device loops vm)
+    cycles_cache sysreg watchdog can_bus can_device lines fabric_rtl rtl_clock rtl_ahead loops vm)
 
 plant: $(BUILD)/tests/twin/plant.so
 .PHONY: plant
@@ -13,7 +13,7 @@ everything: plant
 
 $(BUILD)/tests/twin/plant.so: $(PLANT_OBJECTS)
 	$(call say,LD)
-	$(Q)$(HOSTCC) -shared -fsanitize=undefined -Wl,-z,defs $^ -lm -o $@
+	$(Q)$(HOSTCC) -shared -fsanitize=undefined -Wl,-z,defs $^ -lm -ldl -o $@
 
 PLANT_CC = $(HOSTCC) $(PLANT_CFLAGS) -MMD -MP -c $< -o $@
 $(BUILD)/tests/twin/%.o: qemu/twin/%.c tests/twin/plant.mk
