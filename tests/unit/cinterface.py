@@ -31,8 +31,10 @@ class Named(ctypes.Structure):
 
 class Library:
     motors = 1  # for so many it is compiled
+    loaded = []
 
     def __init__(self, path):
+        self.loaded.append(self)
         self._library = ctypes.CDLL(str(path))
         self._made = {}
         self.structs, self.enums = {}, {}
