@@ -17,7 +17,6 @@ def with_modulators(on):
     return Plant(on, sensors={"modulators": 1, "modulator_noise": 6.6e-4}, seed=3, rtl=REGISTERS / "axis.so")
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("modulator, osr, bound_a", [(0x510, 32, 0.03), (0x511, 64, 0.01), (0x512, 128, 0.01)])
 def test_results_are_the_current_in_the_middle_of_their_window(modulator, osr, bound_a):
     p, window_s = with_modulators((2900, 2500, 2200)), 3 * osr * BIT_S
@@ -61,7 +60,6 @@ def trip_s(ohm, after_s, limit):
     return None
 
 
-@pytest.mark.rest
 @pytest.mark.parametrize("ohm", (0.2, 1.3), ids=("120 A", "18 A"))
 def test_the_fast_path_trips_wherever_in_its_raster_a_short_comes(ohm):
     times = [trip_s(ohm, n * RASTER_S / 8, round(TRIP_A / RANGE_A * 32768)) for n in range(8)]
@@ -69,6 +67,5 @@ def test_the_fast_path_trips_wherever_in_its_raster_a_short_comes(ohm):
     assert max(times) - min(times) > 0.3 * RASTER_S, "where in the raster tells"
 
 
-@pytest.mark.rest
 def test_without_a_limit_it_does_not():
     assert trip_s(0.2, 0, 0x1FFFF) is None

@@ -20,6 +20,7 @@ SIGNS = {"+": "-", "-": "+", "+=": "-=", "-=": "+="}
 OPERATOR = re.compile(r"<<=|>>=|[-+*/%&|^]=|<<|>>|<=|>=|==|!=|&&|\|\||[-+*/%&|^<>=,]")
 ASSIGNS = re.compile(r"([-+*/%&|^]|<<|>>)?=")
 BOUNDS = re.compile(r"(?i)(^|_)(f?min|f?max|clamp\w*|limit\w*|sat\w*|bound\w*|f?abs|within|held|cut)(_|$)")
+EITHER_WAY = re.compile(r"(^|_)(f?min|f?max|hypot|magnitude)(_|$)")  # arguments that may be exchanged
 MASKS = re.compile(r"cpu_(irq_\w+|mask_\w+|unmask\w*|barrier|dmb|dsb|isb|data_\w*|synchroni\w*)")
 NUMBER = re.compile(r"(0[xX][0-9a-fA-F]+|0|[1-9]\d*)([uUlL]*)")
 SMALL = 16  # a number up to here is wrong by one, a larger one by a factor
@@ -183,6 +184,8 @@ class Reader:
         start, end = self.statement_span(cursor)
         self.slot = (start, end, "statement")
         cursor = self.bare(cursor)
+        if re.match(r"\(void\)\w+;", self.text[start:end]):
+            return
         if cursor.kind == K.CALL_EXPR:
             self.change("race" if MASKS.match(cursor.spelling) else "lost call", (start, end, ";"))
         else:
@@ -199,9 +202,11 @@ class Reader:
             return
         pairs = [self.operands(self.bare(c)) for c in (one, two)]
         written = [parts[0] if parts and ASSIGNS.fullmatch(parts[1]) else None for parts in pairs]
+        if all(parts and len(parts[1]) > 1 for parts in pairs) and len({self.part(p[0]) + p[1] for p in pairs}) == 1:
+            return  # both add to the same
         linked = any(w and re.search(rf"(?<![\w.>]){re.escape(self.part(w))}(?!\w)", other)
                      for w, other in zip(written, reversed(texts)))
-        calls = all(self.bare(c).kind == K.CALL_EXPR for c in (one, two))
+        calls = all(self.bare(c).kind == K.CALL_EXPR and c.spelling != "memset" for c in (one, two))
         if linked or calls or all(written) and written[1].type.is_volatile_qualified():
             self.change("order", (*a, texts[1]), (*b, texts[0]), slot=(a[0], b[1], "statement"))
 
@@ -297,7 +302,7 @@ class Reader:
             for one in given[:2 if len(given) == 2 else 1]:
                 if one.type.get_canonical().kind == cursor.type.get_canonical().kind:
                     self.change("lost bound", (start, end, f"({self.part(one)})"))
-        for one, two in zip(given, given[1:]):
+        for one, two in zip(given, given[1:]) if not EITHER_WAY.search(cursor.spelling) else ():
             kinds = [self.bare(c).type.get_canonical().spelling.replace("const ", "") for c in (one, two)]
             if kinds[0] == kinds[1] and self.part(one) != self.part(two):
                 self.change("copy error", (*self.span(one), self.part(two)), (*self.span(two), self.part(one)))

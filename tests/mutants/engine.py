@@ -182,11 +182,12 @@ class Engine:
         self.say(f"they take {sum(test.cpu_s for test in self.tests.values() if test.rung in rungs):.0f} s of CPU")
 
     def _beside(self, rungs, server, mutant):
-        number = self.numbers[mutant.identity]
-        tests = [test for test in self.tests.values() if number in test.met and test.rung in rungs]
-        if same_assembly(self.project, mutant):
-            return self._entry(rungs, "same code")
-        return self._played(rungs, server, mutant, tests, number)
+        number, survived = self.numbers[mutant.identity], self.store.asked(mutant)
+        tests = [test for test in self.tests.values()
+                 if number in test.met and test.rung in rungs and test.rung.name not in survived]
+        entry = self._played(rungs, server, mutant, tests, number)
+        same = entry["outcome"] == "survived" and same_assembly(self.project, mutant)
+        return self._entry(rungs, "same code") if same else entry
 
     def _played(self, rungs, server, mutant, tests, number=0, begun=None):
         built = time.monotonic()

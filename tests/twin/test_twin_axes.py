@@ -6,7 +6,7 @@ import pytest
 
 from launcher import LauncherError, simulate
 from launcher.trace import load_trace
-from test_twin_recording import again
+from rigs.played_again import again
 
 SCENARIO = {"key": "axes", "end_s": 0.1, "preamble_s": 0.02, "step": []}
 LOAD_NM = 0.03

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What a run writes: the CSV says what the recording says; and who moves time on while the core sleeps changes no byte."""
 import re
-import resource
 
 import numpy as np
 import pytest
 
 from launcher import LauncherError, simulate
-from launcher.paths import build_dir
-from launcher.qemu import Image, Qemu, command, escape, run_to_end
+from rigs.played_again import again
 
 END_S = 0.6
 PERIODS = END_S * 20000
@@ -22,18 +20,6 @@ FILES = ("trace.bin", "irq.bin", "console.txt")
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     return simulate(SCENARIO, out_dir=tmp_path_factory.mktemp("run"), csv=True)
-
-
-def again(run, folder, *lines):
-    """The same run from its own configuration with more lines in it; how often QEMU gave its processor away."""
-    text = (run.out_dir / "twin.cfg").read_text().replace(str(run.out_dir), str(folder))
-    config = folder / "twin.cfg"
-    config.write_text("".join(line + "\n" for line in (text.rstrip("\n"), *lines)))
-    qemu = Qemu()
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_nvcsw
-    run_to_end(command(qemu, Image(build_dir()), config, f"file,id=console,path={escape(folder / 'console.txt')}"),
-               qemu.environment(), END_S, folder / "progress", folder / "qemu.log")
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_nvcsw - before
 
 
 def contents(folder):

@@ -32,8 +32,10 @@ class Named(ctypes.Structure):
 class Library:
     motors = 1  # for so many it is compiled
     structure = Named
+    loaded = []
 
     def __init__(self, path):
+        self.loaded.append(self)
         self._library = ctypes.CDLL(str(path))
         self._made = {}
         self.structs, self.enums = {}, {}

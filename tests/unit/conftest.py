@@ -25,6 +25,16 @@ hypothesis.settings.register_profile("unit", deadline=None, derandomize=True, da
 hypothesis.settings.load_profile("unit")
 
 
+@pytest.fixture(autouse=True)
+def let_go():
+    """Of every test: whatever was called, the interrupts that it masked are masked no more."""
+    yield
+    for library in Library.loaded:
+        held = library.host_primask.value, library.host_basepri.value
+        library.host_primask.value = library.host_basepri.value = 0
+        assert held == (0, 0), "interrupts are still masked (PRIMASK, BASEPRI)"
+
+
 @pytest.fixture(scope="session")
 def system():
     """The device's side: registers stand at their own addresses, so that no test may forget to map them (test_system.py)."""

@@ -165,11 +165,18 @@ def test_a_slip_that_trips_the_current_opens_the_gates_again_once_it_has_faded(m
     assert m.fabric.gate.CONTROL == 1 and observer_leads(m) and m.warned("ENCODER_SLIP") and m.state == "OPERATION_ENABLED"
 
 
-def test_a_current_that_does_not_fade_is_not_the_encoders_to_carry_on_from(motor):
-    m = tripped(motor(), 8.0)
+@pytest.mark.parametrize("phase", range(3))
+@pytest.mark.parametrize("sign", (1, -1))
+@pytest.mark.parametrize("faded", (False, True))
+def test_a_current_that_does_not_fade_is_not_the_encoders_to_carry_on_from(motor, phase, sign, faded):
+    """An eighth of i_max in any phase, either way, is too much; a step less is not."""
+    m = tripped(motor())
+    currents = [-sign * (m.axis.tuning.i_max_q15 // 16)] * 3
+    currents[phase] = sign * (m.axis.tuning.i_max_q15 // 8 - faded)
+    m.fabric.adc.IA, m.fabric.adc.IB, m.fabric.adc.IC = currents
     for _ in range(4):
         m.slow_step()
-    assert m.fault == "ENCODER_SLIP" and m.fabric.gate.CONTROL == 0 and not m.warned("ENCODER_SLIP")
+    assert m.fault == ("NONE" if faded else "ENCODER_SLIP") and m.fabric.gate.CONTROL == faded == m.warned("ENCODER_SLIP")
 
 
 def test_off_comes_before_what_waits(motor):

@@ -206,5 +206,7 @@ def test_a_rotor_that_was_lost_goes_on_to_its_speed(world, c, source, by_hand, r
     assert wait(w, 20) == "SWITCHED_ON"
     if by_hand:
         assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
-        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
-    assert w.axis.retry.start_rpm_q16 == (1500 << 16 if resumes else 0) and not w.axis.retry.resumes
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE and w.step() == "SWITCHED_ON"
+    c.states_take(w.axis, c.DRIVE_EVENT_STARTED)
+    assert w.state == "OPERATION_ENABLED" and w.axis.speed.target_rpm_q16 == (1500 << 16 if resumes else 0)
+    assert not w.axis.retry.resumes

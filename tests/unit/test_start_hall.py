@@ -153,12 +153,13 @@ def test_a_speed_is_not_lost_while_the_next_edges_may_say_why_one_is_missing(c, 
     assert w.fault == ("NONE" if overdue else "SPEED_DEVIATION")
 
 
-def test_a_rotor_that_turns_may_be_switched_on(c):
-    """By Hall switches and observer, whatever has told its speed until now."""
+@pytest.mark.parametrize("rpm", (200, -200))
+def test_a_rotor_that_turns_may_be_switched_on(c, rpm):
+    """By Hall switches and observer, whatever has told its speed until now; either way."""
     for before in (0, 1, 2):
         for source, error in ((2, c.ERROR_NONE), (1, c.ERROR_NONE), (0, c.ERROR_TURNING)):
             w, told = World(c), c.tuning()
-            w.axis.loop.vbus_q15, w.axis.speed.speed_rpm_q4 = 13670, 200 * 16
+            w.axis.loop.vbus_q15, w.axis.speed.speed_rpm_q4 = 13670, rpm * 16
             w.axis.tuning.angle_source, w.axis.params.angle_source = before, before
             told.v_min_q15, told.v_max_q15 = w.axis.tuning.v_min_q15, w.axis.tuning.v_max_q15
             told.angle_source = source
