@@ -87,13 +87,15 @@ bool identify_step(struct identify *d, const struct measure_io *io)
     if (d->step == IDENTIFY_STEP_DONE) {
         return true;
     }
-    if (!d->thinking) {
+    if (d->thinking || d->pausing) {
+        d->pausing = d->thinking || d->total_ms % IDENTIFY_PACE_MS != 0u;
+    } else {
         if (!d->taken) {
             calm(io->loop);
         }
-        d->thinking = identify_measure(d, io);
+        d->thinking = d->pausing = identify_measure(d, io);
     }
-    if (d->thinking) {
+    if (d->pausing) {
         hold_nothing(d, io->loop);
     }
     return false;
@@ -108,12 +110,12 @@ bool identify_in_rotor_frame(const struct identify *d)
 
 const struct tuning *identify_tuning(const struct identify *d)
 {
-    return d->thinking || !regulates(d) ? &wiring_tuning : &d->tuning;
+    return d->thinking || d->pausing || !regulates(d) ? &wiring_tuning : &d->tuning;
 }
 
 bool identify_takes_over(const struct identify *d)
 {
-    return d->retuned && !d->thinking;
+    return d->retuned && !d->thinking && !d->pausing;
 }
 
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c)

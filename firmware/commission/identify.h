@@ -40,6 +40,9 @@ struct identify_result {
     int32_t interval; /* +- around the value in 95 % of cases */
 };
 
+/* So long as the thread's arithmetic takes less, the steps begin in the same milliseconds, whatever its code. */
+#define IDENTIFY_PACE_MS 16u
+
 #define IDENTIFY_LEVELS 10 /* of current: tenths of the rated one */
 #define IDENTIFY_ANGLES 6  /* of 60 degrees: both signs along each phase */
 #define IDENTIFY_AXES   16 /* angles over half a turn */
@@ -168,6 +171,7 @@ union identify_work {
 struct identify {
     volatile uint32_t step; /* enum identify_step: the thread advances it while `thinking` */
     volatile bool thinking; /* the slow loop has measured; the thread's turn */
+    bool pausing;           /* and the next step has not begun: it does on a multiple of IDENTIFY_PACE_MS */
     volatile bool running;
     uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
     uint32_t fault;      /* enum fault that ended it, 0: none */

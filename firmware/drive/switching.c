@@ -30,12 +30,14 @@ struct outcome drive_switch_on(struct axis *a)
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
     }
+    a->switching.begun_ms = a->time_ms;
     struct outcome problem = switching_tune(a);
     if (problem.error == ERROR_NONE) {
         problem = forbidden(a); /* checked again at the end; a refusal need not wait until then */
     }
     if (problem.error == ERROR_NONE) {
         torque_build_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
+        a->switching.built = false;
         a->switching.under_way = true;
     }
     return problem;
@@ -90,7 +92,13 @@ bool drive_prepare(struct axis *a)
         switching_end(s, ERROR_FAULT_LATCHED);
         return false;
     }
-    if (torque_build_step(&s->builder, &a->torque, &a->params, &s->tuning)) {
+    const uint32_t elapsed_ms = a->time_ms - s->begun_ms;
+    if (!s->built) {
+        s->built = !torque_build_step(&s->builder, &a->torque, &a->params, &s->tuning);
+        s->waits_ms = (elapsed_ms + SWITCHING_PACE_MS - 1u) / SWITCHING_PACE_MS * SWITCHING_PACE_MS;
+        return true;
+    }
+    if (elapsed_ms < s->waits_ms) {
         return true;
     }
     s->under_way = false;

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Everything that has a budget, as {section: {row: figure}}: cycles, flash, RAM, stack; and the comparison with it.
 
-A budget holds both ways: a figure above it fails, and so does one so far below that the budget no longer guards it.
+A budget holds both ways: a figure above it fails, and so does one so far below that the budget no longer guards it. What a
+harmless change moves (test_harmless.py) must do neither: code that stands a few bytes further has its lines of flash elsewhere.
+So all has SLACK, but for the current loop's interrupt, whose code is locked in the cache: that is held to the cycle.
 """
 import sys
 import tomllib
@@ -13,10 +15,16 @@ sys.path.append(str(ROOT / "tests" / "tools"))
 from compiler import nearest  # noqa: E402
 
 BUDGETS = ROOT / "tests" / "budgets.toml"
-SLACK_PERCENT = 5
-# cycles and bytes: nothing to tighten within these
 AT_WORST = ("current_loop.", "handler.", "fault_raise.", "slow_loop.")
-SLACK_LEAST = {"cycles": 2, "pessimistic": 2, "portable": 0, "flash": 64, "ram": 32, "stack": 16}
+# Of the slow loop and the thread. The write of the compares is here, because what the core has to end before it is any of these.
+OUTSIDE = ("slow_loop.", "drive_step.", "speed_loop_", "speed_watch_", "torque_", "tuning_", "thermal_", "encoder_watch_",
+           "phase_watch_", "start_learn_", "current_loop_follow", "profile_", "cogging_torque", "console.", "scope.recorder",
+           "current_loop.write")
+# How far a figure may lie above and below its budget: a share, or so many cycles or bytes if that is more.
+SLACK_PERCENT = 0.5
+SLACK_LEAST = {"cycles": 8, "pessimistic": 8, "flash": 96, "ram": 32, "stack": 16}
+# And how far below where nothing may lie above.
+BELOW_PERCENT, BELOW_LEAST = 5, 2
 
 
 def load(path):
@@ -83,9 +91,12 @@ def gather(bench, build):
             "stack": stacks(build)}
 
 
-def slack(section, allowed):
-    """How far below its budget a figure may lie."""
-    return max(SLACK_LEAST[section], allowed * SLACK_PERCENT / 100)
+def slack(section, name, allowed):
+    """How far a figure may lie (below, above) its budget."""
+    if section == "portable" or (section in ("cycles", "pessimistic") and not name.startswith(OUTSIDE)):
+        return max(BELOW_LEAST, allowed * BELOW_PERCENT / 100), 0
+    share = max(SLACK_LEAST[section], allowed * SLACK_PERCENT / 100)
+    return share, share
 
 
 def complaints(section, figures, budgets):
@@ -97,7 +108,8 @@ def complaints(section, figures, budgets):
             yield f"{section} {name}: a budget for something that is not there"
         else:
             allowed, figure = budgets[name]["max"], figures[name]
-            if figure > allowed:
-                yield f"{section} {name}: {figure}, allowed {allowed} ({figure - allowed:+d})"
-            elif figure < allowed - slack(section, allowed):
+            below, above = slack(section, name, allowed)
+            if figure > allowed + above:
+                yield f"{section} {name}: {figure}, allowed {allowed} ({figure - allowed:+d}, slack {above:g})"
+            elif figure < allowed - below:
                 yield f"{section} {name}: {figure}, far below its budget of {allowed}; tighten it to {figure}"

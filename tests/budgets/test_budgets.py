@@ -3,7 +3,7 @@
 import pytest
 
 from budgets.figures import BUDGETS as FILE
-from budgets.figures import complaints, cycles, load, load_budgets, pessimistic, portable, sizes, stacks
+from budgets.figures import complaints, cycles, load, load_budgets, pessimistic, portable, sizes, slack, stacks
 from budgets.update import beside
 from compiler import REFERENCE, file_of, versions_of
 from launcher.paths import build_dir
@@ -106,18 +106,28 @@ def test_three_ways_to_the_same_interrupt(bench):
         assert abs(bench[row]["cycles_median"] - whole) <= 3, row
 
 
-@pytest.mark.parametrize("figure, said", [
-    (100, None), (101, "row: 101, allowed 100 (+1)"), (95, None), (94, "far below"),
+LOOP_ROW, SLOW_ROW = "handler.assembly", "slow_loop.pended"
+
+
+@pytest.mark.parametrize("section, name, allowed, figure, said", [
+    ("cycles", LOOP_ROW, 100, 100, None), ("cycles", LOOP_ROW, 100, 101, "allowed 100 (+1, slack 0)"),
+    ("cycles", LOOP_ROW, 100, 95, None), ("cycles", LOOP_ROW, 100, 94, "far below"), ("cycles", LOOP_ROW, 10, 8, None),
+    ("cycles", LOOP_ROW, 10, 7, "far below"), ("pessimistic", LOOP_ROW, 100, 101, "allowed 100"),
+    ("cycles", SLOW_ROW, 6000, 6030, None), ("cycles", SLOW_ROW, 6000, 6031, "allowed 6000 (+31, slack 30)"),
+    ("cycles", SLOW_ROW, 6000, 5970, None), ("cycles", SLOW_ROW, 6000, 5969, "far below"),
+    ("cycles", SLOW_ROW, 500, 508, None), ("cycles", SLOW_ROW, 500, 509, "allowed 500"),
+    ("flash", "sum", 200000, 201000, None), ("flash", "sum", 200000, 201001, "allowed 200000"),
+    ("ram", "drive", 400, 433, "allowed 400"), ("stack", "main stack", 400, 383, "far below"),
 ])
-def test_both_ways(figure, said):
-    found = list(complaints("cycles", {"row": figure}, {"row": {"max": 100, "reason": "a test"}}))
+def test_both_ways(section, name, allowed, figure, said):
+    found = list(complaints(section, {name: figure}, {name: {"max": allowed, "reason": "a test"}}))
     assert (said is None and not found) or (len(found) == 1 and said in found[0])
 
 
-def test_small_budgets_have_two_cycles_of_slack():
-    budget = {"row": {"max": 10, "reason": "a test"}}
-    assert not list(complaints("cycles", {"row": 8}, budget))
-    assert list(complaints("cycles", {"row": 7}, budget))
+def test_a_room_has_slack_for_a_table_of_64_bytes_and_the_current_loop_none():
+    assert slack("flash", "drive", 1000)[1] >= 64
+    assert all(slack("cycles", name, 300)[1] == 0 for name in BUDGETS["cycles"]
+               if name in LOOP or name.startswith(("current_loop.", "handler.", "rate.")) and name != "current_loop.write")
 
 
 def test_a_row_without_a_budget_and_a_budget_without_a_row():

@@ -2,8 +2,7 @@
 """No motor is controlled worse, and no budget of it grows stale, without a change of tests/quality.toml."""
 import pytest
 
-from budgets.quality import (SEEDS, budget_of, complaints, is_held, load_quality, measure, switched_on_later,
-                             verdict_of_runs)
+from budgets.quality import SEEDS, budget_of, complaints, is_held, judge, load_quality, switched_on_later, verdict_of_runs
 from budgets.update_quality import written
 from launcher.campaign import Case
 from launcher.campaign_table import load_expected
@@ -17,20 +16,38 @@ EXPECTED = load_expected()
 @pytest.mark.parametrize("motor, scenario", [
     (motor, scenario) for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
 def test_quality(motor, scenario, tmp_path):
-    measured, verdicts = measure(motor, scenario, HELD[scenario], tmp_path, EXPECTED)
-    values = QUALITY["values"].get(motor, {}).get(scenario, {})
-    known = {name: value for name, value in measured.items() if value is not None or name in values}
-    found = [*verdict_of_runs(verdicts, EXPECTED), *complaints(f"{motor}/{scenario}", known, values, HELD[scenario])]
+    found = judge(motor, scenario, QUALITY, EXPECTED, tmp_path)
     assert not found, "\n".join(["quality is not kept:", *found])
 
 
-def test_everything_is_held_with_a_reason_and_notices_a_fifth():
-    for scenario, rows in HELD.items():
-        for name, rule in rows.items():
-            where = f"{scenario}: {name}"
-            assert set(rule) == {"percent", "better", "reason"} and rule["better"] in ("lower", "higher"), where
-            assert 0 < rule["percent"] < 20 / 1.2, f"{where}: a drive 20 % worse must not pass"
-            assert len(rule["reason"]) >= 15, where
+FIGURES = [(scenario, name) for scenario, rows in HELD.items() for name in rows]
+
+
+@pytest.mark.parametrize("scenario, name", FIGURES)
+def test_everything_is_held_with_a_reason_and_a_quarter_of_the_motors_notices_a_fifth(scenario, name):
+    """However wide the starts of some motors scatter: a drive 20 % worse, from the middle of what they measured, must not pass."""
+    rule = HELD[scenario][name]
+    assert set(rule) == {"percent", "better", "reason"} and rule["better"] in ("lower", "higher") and len(rule["reason"]) >= 15
+    budgets = [rows[scenario][name] for rows in QUALITY["values"].values() if name in rows.get(scenario, {})]
+    middles = [sum(budget) / 2 if isinstance(budget, list) else budget for budget in budgets]
+    worse = 1.2 if rule["better"] == "lower" else 0.8
+    noticed = [bool(list(complaints("m/s", {name: worse * middle}, {name: budget}, {name: rule})))
+               for middle, budget in zip(middles, budgets)]
+    assert sum(noticed) >= len(noticed) / 4 > 0, f"{sum(noticed)} of {len(noticed)}"
+
+
+@pytest.mark.parametrize("later, said", [
+    ([10.0] * 3, None),              # one start out of what eight have shown
+    ([13.0] * 3, "worse"), ([None] * 3, "worse"),
+])
+def test_a_start_out_of_its_tolerance_is_judged_with_three_more(monkeypatch, later, said):
+    case = Case("m", "default", 1)
+    figures = iter([13.0, *later])
+    monkeypatch.setattr("budgets.quality.measure", lambda *arguments: ({"dip": next(figures)}, {case: ""}))
+    quality = {"held": {"default": {"dip": RULE["dip"]}}, "values": {"m": {"default": {"dip": 10.0}}}}
+    found = judge("m", "default", quality, {}, "")
+    assert (said is None and not found) or (len(found) == 1 and said in found[0])
+    assert next(figures, None) is None, "all of them"
 
 
 def test_every_motor_is_held_unless_all_its_runs_are_known_to_fail():

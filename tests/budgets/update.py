@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Brings budgets to the present figures. Needs build/bench.json (make bench).
 
-usage: update.py             tightens only
-       update.py --loosen    raises too: say in each reason why
+usage: update.py             tightens what has become better than its slack
+       update.py --loosen    takes all present figures over: say in each reason why
 
 GCC 12's figures stand in tests/budgets.toml, where reasons stay. Another compiler's stand beside it (budgets-gcc14.toml): those
 that GCC 12's do not hold, no others. So GCC 12 comes first. `.ci/budgets DIR` does all of it with both.
@@ -31,7 +31,7 @@ def updated(text, figures, loosen):
             section = head.group(1)
         elif match:
             name, before = match.group(1).strip('"'), int(match.group(3))
-            now = renewed(section, figures[section].get(name, before), before, loosen)
+            now = renewed(section, name, figures[section].get(name, before), before, loosen)
             if now != before:
                 print(f"{section} {name}: {before} -> {now}")
                 line = f"{match.group(1)}{match.group(2)}{now}{match.group(4)}"
@@ -39,9 +39,9 @@ def updated(text, figures, loosen):
     return "\n".join(lines)
 
 
-def renewed(section, now, before, loosen):
-    spare = 0 if section in ("cycles", "pessimistic") else slack(section, before)  # bytes may have some room to move in
-    return now if now < before - spare or (loosen and now > before) else before
+def renewed(section, name, now, before, loosen):
+    below, above = slack(section, name, before)
+    return now if loosen or now < before - (below if above else 0) else before
 
 
 def beside(budgets, own, figures, loosen):
@@ -51,8 +51,9 @@ def beside(budgets, own, figures, loosen):
         for name, row in rows.items():
             before = own.get(section, {}).get(name, row["max"])
             now = figures[section].get(name, before)
-            kept = renewed(section, now, before, loosen)
-            if not row["max"] - slack(section, row["max"]) <= now <= row["max"]:
+            kept = renewed(section, name, now, before, loosen)
+            below, above = slack(section, name, row["max"])
+            if not row["max"] - below <= now <= row["max"] + above:
                 found.setdefault(section, {})[name] = kept
             if found.get(section, {}).get(name, row["max"]) != before:
                 print(f"{section} {name}: {before} -> {found.get(section, {}).get(name, row['max'])}")

@@ -12,6 +12,9 @@ STEPS = ("PULSES", "HOLD", "RESISTANCE", "AXES", "INDUCTANCE", "TURN", "PUSH", "
          "TORQUE")
 
 
+PACE_MS = 16  # IDENTIFY_PACE_MS
+
+
 # ---- primitives ----
 
 @pytest.mark.parametrize("turn", (64, 4000, 8192, 65536))
@@ -77,6 +80,24 @@ def test_a_thread_that_was_stopped_stops_thinking(c, begun):
     begun.thinking, begun.running = True, False
     c.identify_think(begun)
     assert not begun.thinking
+
+
+def test_the_next_step_begins_in_the_same_millisecond_however_long_the_thread_thinks(c, begun):
+    io = measuring(c, begun, "RAMPS")
+
+    def begins_ms(thinks_ms):
+        begun.total_ms = begun.ms = 0
+        begun.thinking = begun.pausing = begun.retuned = True
+        while begun.ms == 0:
+            begun.thinking = begun.total_ms < thinks_ms
+            c.identify_step(begun, io)
+            assert begun.ms == 0 or c.identify_takes_over(begun), "the take-over has come first"
+            if begun.pausing:
+                assert not c.identify_takes_over(begun) and io.loop.contents.i_q_ref_q15 == 0
+        return begun.total_ms
+
+    assert {begins_ms(thinks_ms) for thinks_ms in range(1, PACE_MS)} == {PACE_MS + 1}
+    assert begins_ms(PACE_MS) == 2 * PACE_MS + 1
 
 
 # ---- the script ----

@@ -3,9 +3,11 @@
 import pytest
 
 from rigs.controller import DISABLED, ENABLE, NO_VOLTAGE, SHUTDOWN, SWITCHED_ON, SWITCH_ON, Controller
+from rigs.drive import Rig
 from rigs.modbus_line import long, read, write
 
 SPEED_MAX = 0x1000
+ENOUGH_Q15 = 13670
 
 
 @pytest.fixture
@@ -21,10 +23,16 @@ def plc(c):
     return plc
 
 
-def parts(plc):
+PACE_MS = 32
+
+
+def parts(plc, a_ms=4):
+    """How many it takes until nothing is left to do, so many a millisecond."""
     count = 1
     while plc.c.drive_prepare(plc.axis):
         count += 1
+        plc.axis.time_ms += count % a_ms == 0
+        assert count < 10_000
     return count
 
 
@@ -33,6 +41,19 @@ def test_nothing_is_asked_of_the_axis_before_the_last_part(plc, c):
     assert parts(plc) > 50
     assert plc.axis.request == c.AXIS_REQUEST_ON and plc.axis.switching.outcome.error == c.ERROR_NONE
     assert not c.drive_prepare(plc.axis), "once"
+
+
+def test_the_axis_starts_in_the_same_millisecond_however_many_cycles_the_tables_take(c):
+    """Also where the clock wraps meanwhile; and one pace later, where they take longer than one."""
+    def asked_after_ms(a_ms, begun_ms=0):
+        rig = Rig(c)
+        rig.axis.loop.vbus_q15, rig.axis.time_ms = ENOUGH_Q15, begun_ms
+        assert c.drive_switch_on(rig.axis).error == c.ERROR_NONE
+        parts(rig, a_ms)
+        assert rig.axis.request == c.AXIS_REQUEST_ON
+        return (rig.axis.time_ms - begun_ms) % 2**32
+    assert {asked_after_ms(a_ms, begun_ms) for a_ms in (3, 4, 5, 10) for begun_ms in (7, 2**32 - 5)} == {PACE_MS}
+    assert asked_after_ms(2) == 2 * PACE_MS
 
 
 def test_the_tables_are_those_of_a_build_at_once(plc, c):
