@@ -11,9 +11,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = ROOT / "tests/short.txt"
-# What plays the image over motors, angles, seeds or rates: of each such test `.ci/run` has the first case, the night all of them.
-CAMPAIGNS = tuple(f"tests/{name}" for name in (
-    "bench/", "campaign/test_parts.py", "campaign/test_sample.py", "closed_loop/", "explore/", "features/", "guides/", "rates/"))
+# What plays the image over motors, angles, seeds or rates: of each such test `.ci/run` has the first case, the night has all.
+CAMPAIGNS = tuple(f"tests/{name}" for name in ("bench/", "campaign/test_parts.py", "campaign/test_sample.py", "closed_loop/",
+                                               "explore/", "features/", "guides/", "rates/"))
 WHOLE = ("tests/closed_loop/test_scenarios.py::test_scenario[",)
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
@@ -59,7 +59,7 @@ def pytest_terminal_summary(terminalreporter):
 
 def pytest_addoption(parser):
     parser.addoption("--short", action="store_true", help="what tests/short.txt names: as `make test` has it")
-    parser.addoption("--first", action="store_true", help="of a campaign the first case, and nothing marked `night`: as .ci/run has it")
+    parser.addoption("--first", action="store_true", help="the first case of a campaign, nothing marked `night`: as .ci/run")
     parser.addoption("--until", type=float, help="seconds since 1970: what has not begun by then is left out, and said")
 
 

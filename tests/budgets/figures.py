@@ -16,7 +16,7 @@ from compiler import nearest  # noqa: E402
 
 BUDGETS = ROOT / "tests" / "budgets.toml"
 AT_WORST = ("current_loop.", "handler.", "fault_raise.", "slow_loop.")
-# Of the slow loop and the thread. The write of the compares is here, because what the core has to end before it is any of these.
+# Of the slow loop and the thread. The write of the compares is here, because what the core has to end before it is one of them.
 OUTSIDE = ("slow_loop.", "drive_step.", "speed_loop_", "speed_watch_", "torque_", "tuning_", "thermal_", "encoder_watch_",
            "phase_watch_", "start_learn_", "current_loop_follow", "profile_", "cogging_torque", "console.", "scope.recorder",
            "current_loop.write")
