@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The library under the address and undefined-behaviour sanitizers, over the ends of the stated ranges and random values: nothing
- * may overflow inside. What the results must be, the other tests here say; a checksum of them is printed, so that all are computed.
+ * The library under the address and undefined-behaviour sanitizers, over the ends of the stated ranges and random values:
+ * nothing may overflow inside. What the results must be, the other tests here say; a checksum of them is printed, so that all
+ * are computed.
  */
 #include <stdio.h>
 

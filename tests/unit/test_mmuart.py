@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The UART's interrupt on registers that stand still, so that a call receives sixteen times: characters that are damaged, lost or
-too many, and who asks whom to wait. The line itself: tests/target/test_mmuart.c."""
+"""The UART's interrupt on registers that stand still, so that a call receives sixteen times: characters that are damaged, lost
+or too many, and who asks whom to wait. The line itself: tests/target/test_mmuart.c."""
 import ctypes
 
 import pytest
