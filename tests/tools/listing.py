@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Where the cycles of a function go: its instructions along the longest way, each with its cycles and their reason.
 
-usage: listing.py IMAGE.elf FUNCTION [KEY=N ...]     KEY: the wait cycles of timing.Waits, 0 unless given
+usage: listing.py IMAGE.elf FUNCTION
 
 The rules are those of the bounds (timing.py), data at their worst. Accesses through pointers that come from outside are
 taken to go to RAM. The function's own cycles: the BL that calls it is not among them. What only a sample that trips
@@ -22,6 +22,7 @@ from wcet import FAULT_CALLS
 
 ROOT = Path(__file__).resolve().parents[2]
 CYCCNT = 0xE0001004  # DWT, ARMv7-M C1.8
+NOTE_WIDTH = 80
 LOAD, STORE, PRODUCT, CONSTANT, DATA, CONDITION, FLOW, OTHER = KINDS = (
     "loads", "stores", "products", "constants", "data processing", "conditions", "calls and branches", "other")
 
@@ -197,39 +198,23 @@ class Sources:
         return text
 
 
-def markdown(found, note=None):
-    """A table of the steps, with their sum."""
-    yield from ("| instruction | cycles | rule | source |", "|---|--:|---|---|")
+def texts(found, sources):
+    """Each step's cycles, instruction, rule and source."""
     for step in found:
-        yield f"| `{step.text}` | {step.cycles} | {step.why} | {_cell(note(step)) if note else ''} |"
-    yield f"| sum | {sum(step.cycles for step in found)} | | |"
+        yield f"{step.cycles:>3}  {step.text:<38} {step.why:<34} {sources.note(step)[:NOTE_WIDTH]}".rstrip()
 
 
-def _cell(text):
-    text = text.replace("|", "\\|")
-    return f"`{text}`" if re.search(r"[;{}=(]", text) else text
-
-
-def waits_of(words):
-    values = {}
-    for word in words:
-        key, _, number = word.partition("=")
-        if key not in Waits.__dataclass_fields__ or not number.isdigit():
-            raise ImageError(f"'{word}' is not KEY=N (keys: {', '.join(Waits.__dataclass_fields__)})")
-        values[key] = int(number)
-    return Waits(**values)
-
-
-def main(path, name, *words):
+def main(path, name):
     image = Image(path)
     if name not in image.functions:
         raise ImageError(f"{path} has no function {name}")
-    found = steps(image, image.functions[name], waits_of(words))
-    print("\n".join(markdown(found, Sources(image, [step.address for step in found]).note)))
+    found = steps(image, image.functions[name])
+    print("\n".join(texts(found, Sources(image, [step.address for step in found]))))
+    print(f"{sum(step.cycles for step in found):>3}  together")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3:
+    if len(sys.argv) != 3:
         raise SystemExit(__doc__)
     try:
         main(*sys.argv[1:])

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Cycles instruction by instruction: counted by hand, with their reasons, and together what the bound and the twin say."""
 import os
-import re
 from pathlib import Path
 
 import disasm
@@ -89,12 +88,6 @@ def test_between_two_readings_of_the_counter(make_image):
         listing.between_readings(image, function, listing.steps(image, function)[:4])
 
 
-def test_table():
-    found = [listing.Step(0, "ldr r0, [r1]", 2, listing.LOAD, "load"), listing.Step(4, "bx lr", 2, listing.FLOW, "return")]
-    assert list(listing.markdown(found))[2:] == ["| `ldr r0, [r1]` | 2 | load |  |", "| `bx lr` | 2 | return |  |",
-                                                 "| sum | 4 | | |"]
-
-
 def test_the_source_beside_an_instruction(make_image):
     image = disasm.Image(make_image("int work(int n) { return n * 77; }")[0])
     start = image.functions["work"].start
@@ -106,8 +99,8 @@ def test_the_source_beside_an_instruction(make_image):
 def test_command(capsys):
     listing.main(str(BUILD / "bench.elf"), "Clarke_Lib_Do")
     out = capsys.readouterr().out.splitlines()
-    cycles = [int(re.match(r"\| `.*?` \| (\d+) \|", line).group(1)) for line in out[2:-1]]
-    assert out[-1] == f"| sum | {sum(cycles)} | | |"
+    cycles = [int(line.split()[0]) for line in out]
+    assert len(out) > 10 and sum(cycles[:-1]) == cycles[-1]
     with pytest.raises(disasm.ImageError, match="no function"):
         listing.main(str(BUILD / "bench.elf"), "Nothing_Lib_Do")
 
