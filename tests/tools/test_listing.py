@@ -16,9 +16,9 @@ NAKED = "__attribute__((naked, aligned(4))) "
 @pytest.fixture
 def listed(make_image):
     """listed(instructions) -> [Step] of a function made of them and bx lr, without the latter."""
-    def of(body, waits=listing.Waits()):
+    def of(body):
         image = disasm.Image(make_image(f'{NAKED} int work(int n) {{ __asm("{body}\\n bx lr"); }}')[0])
-        return listing.steps(image, image.functions["work"], waits)[:-1]
+        return listing.steps(image, image.functions["work"])[:-1]
     return of
 
 
@@ -61,12 +61,6 @@ def test_a_load_of_the_pc_waits_for_the_store_before(listed, make_image):
     code = f'{NAKED} int work(int n) {{ __asm("push {{lr}}\\n str r0, [r1]\\n ldr pc, [sp], #4"); }}'
     image = disasm.Image(make_image(code)[0])
     assert [step.cycles for step in listing.steps(image, image.functions["work"])] == [2, 1, 5 + 1]
-
-
-def test_wait_cycles_and_the_posted_write(listed):
-    found = listed("mov.w r2, #0x50000000\\n nop\\n str r0, [r2]\\n str r1, [r2, #4]\\n dsb", listing.Waits(apb_write=5))
-    assert [step.cycles for step in found] == [1, 1, 1 + 3, 1 + 5, 4 + 5]
-    assert found[3].why == "store; +5 the write before is not done"
 
 
 def test_calls_have_what_is_inside(make_image):
