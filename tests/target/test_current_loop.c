@@ -2,8 +2,8 @@
 /*
  * The current loop's interrupt, bit for bit. The assembly runs on a loop and a fabric of the test's own, its counterpart in C
  * (current_loop_step.h) on copies of them, and everything either has written is compared (the other instances in C:
- * tests/unit/test_handlers.py). Random data over the whole ranges and their corners; what must hold of the compares with any
- * data: room for dead times and a pulse on either side.
+ * tests/unit/test_handlers.py). Random data over the whole ranges and their corners. And what must hold of the compares
+ * whatever the data: room for dead times and a pulse on either side.
  */
 #include "firmware/control/current_loop_step.h"
 

@@ -9,9 +9,9 @@
 #include "tests/target/lib_cases.h"
 
 #define INTERRUPTIONS 100000u
-#define KNOWN         16u   /* vectors of each context */
-#define LEAST_HITS    1000u /* interruptions inside each function, of a context that does little else */
-#define PERIOD_MIN    600u  /* core clocks: leaves the thread room between two interruptions */
+#define KNOWN         16u  /* vectors of each context */
+#define LEAST_HITS    500u /* interruptions inside each function, of a context that does little else */
+#define PERIOD_MIN    600u /* core clocks: leaves the thread room between two interruptions */
 #define BX_LR         0x4770u
 
 static const lib_function functions[CASE_COUNT] = LIB_FUNCTIONS();

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* MMUART against its registers: rates, a loop-back, lost and damaged characters, a full buffer. */
+/* MMUART against its registers: rates, a loop-back, an overrun, a full buffer; the rest: tests/unit/test_mmuart.py. */
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/mmuart.h"
@@ -144,142 +144,6 @@ static void check_overrun(void)
     harness_equal("uart: and all marked, because the gap may be anywhere behind the first", marked, received);
 }
 
-/* The receiver's registers in RAM: the status stays as it is set, so a call of the handler receives sixteen times. */
-static struct mmuart_regs fake;
-
-static void fake_receive(uint32_t lsr)
-{
-    fake.IER = 0u;
-    ((volatile uint32_t *)&fake)[offsetof(struct mmuart_regs, LSR) / 4u] = lsr;
-    mmuart_irq_handler(&uart);
-}
-
-/* Takes out what was received and counts; the first character decides about `first`. */
-static uint32_t fake_marked(uint32_t *received, bool *first)
-{
-    uint32_t marked = 0;
-    char character;
-    *received = 0;
-    for (bool loss = false; mmuart_get(&uart, &character, &loss); loss = false) {
-        *first = *received == 0u ? loss : *first;
-        marked += loss ? 1u : 0u;
-        *received += 1u;
-    }
-    return marked;
-}
-
-static void check_damaged(const char *name, uint32_t lsr)
-{
-    uint32_t received;
-    bool first = false;
-    (void)mmuart_init(&uart, &fake, 115200u);
-    fake_receive(MMUART_LSR_DR | lsr);
-    const uint32_t marked_alone = fake_marked(&received, &first);
-    harness_equal(name, received + marked_alone, 0u);
-    harness_equal("uart: and counted", mmuart_counters(&uart).rx_errors, MMUART_FIFO_BYTES);
-    fake_receive(MMUART_LSR_DR);
-    const uint32_t marked = fake_marked(&received, &first);
-    harness_equal("uart: the next good one says so", marked, 1u);
-    harness_true("uart: that is the first", first && received == MMUART_FIFO_BYTES);
-}
-
-/* Receiver and transmitter share a register: what the handler has sent, or `before`. */
-static uint32_t fake_sends(uint32_t before)
-{
-    fake.THR = before;
-    fake_receive(MMUART_LSR_THRE);
-    return fake.THR;
-}
-
-static uint32_t take(uint32_t count)
-{
-    uint32_t taken = 0;
-    char character;
-    for (bool loss = false; taken < count && mmuart_get(&uart, &character, &loss);) {
-        taken++;
-    }
-    return taken;
-}
-
-static void check_asking_to_wait(void)
-{
-    (void)mmuart_init(&uart, &fake, 115200u);
-    mmuart_use_flow_control(&uart);
-    fake.THR = 'x';
-    for (uint32_t n = 0; n < MMUART_RX_HIGH / MMUART_FIFO_BYTES; n++) {
-        fake_receive(MMUART_LSR_DR);
-    }
-    harness_equal("uart: up to the mark nobody is asked to wait", fake_sends('x'), 'x');
-    fake.THR = 'x';
-    fake_receive(MMUART_LSR_DR);
-    harness_equal("uart: an interrupt is due for it", fake.IER, MMUART_IER_ERBFI | MMUART_IER_ELSI | MMUART_IER_ETBEI);
-    harness_equal("uart: above it XOFF goes out", fake_sends('x'), MMUART_XOFF);
-    harness_equal("uart: once", fake_sends('x'), 'x');
-
-    fake.THR = 'x';
-    for (uint32_t n = 0; n < 2u * MMUART_RX_BYTES / MMUART_FIFO_BYTES; n++) {
-        fake_receive(MMUART_LSR_DR);
-    }
-    harness_equal("uart: with the buffer full the rest stays outside", fake.IER, MMUART_IER_ELSI);
-    fake_receive(MMUART_LSR_DR | MMUART_LSR_PE);
-    harness_equal("uart: and is not dropped", mmuart_counters(&uart).rx_dropped, 0u);
-
-    harness_equal("uart: not yet", take(MMUART_RX_BYTES - MMUART_RX_LOW - 1u) + fake_sends(0u),
-                  MMUART_RX_BYTES - MMUART_RX_LOW - 1u);
-    harness_equal("uart: one more", take(1u), 1u);
-    harness_equal("uart: then XON", fake_sends('x'), MMUART_XON);
-    fake.THR = 'x';
-    fake_receive(MMUART_LSR_DR);
-    harness_equal("uart: what was wrong with the one outside is still known", mmuart_counters(&uart).rx_errors, 1u);
-}
-
-static void check_being_asked_to_wait(void)
-{
-    (void)mmuart_init(&uart, &fake, 115200u);
-    mmuart_use_flow_control(&uart);
-    fake.THR = MMUART_XOFF;
-    fake_receive(MMUART_LSR_DR);
-    (void)mmuart_put(&uart, 'a');
-    harness_equal("uart: asked to wait, nothing goes out", fake_sends('x'), 'x');
-    harness_equal("uart: and no interrupt asks for it", fake.IER, MMUART_IER_ERBFI | MMUART_IER_ELSI);
-    fake.THR = MMUART_XON;
-    fake_receive(MMUART_LSR_DR | MMUART_LSR_THRE);
-    harness_equal("uart: until it may", fake.THR, 'a');
-    harness_equal("uart: the reader sees neither", take(1u), 0u);
-
-    (void)mmuart_init(&uart, &fake, 115200u);
-    fake.THR = MMUART_XOFF;
-    fake_receive(MMUART_LSR_DR);
-    harness_equal("uart: without flow control they are characters", take(MMUART_FIFO_BYTES), MMUART_FIFO_BYTES);
-}
-
-static void check_losses(void)
-{
-    uint32_t received;
-    bool first = false;
-    check_damaged("uart: a framing error is no character", MMUART_LSR_FE);
-    check_damaged("uart: a parity error is no character", MMUART_LSR_PE);
-    check_damaged("uart: a break is no character", MMUART_LSR_BI);
-
-    (void)mmuart_init(&uart, &fake, 115200u);
-    uart.rx_muted = true;
-    fake_receive(MMUART_LSR_DR);
-    (void)fake_marked(&received, &first);
-    harness_equal("uart: muted, it receives nothing", received, 0u);
-
-    (void)mmuart_init(&uart, &fake, 115200u);
-    for (uint32_t n = 0; n < MMUART_RX_BYTES / MMUART_FIFO_BYTES + 1u; n++) {
-        fake_receive(MMUART_LSR_DR); /* once more than fits */
-    }
-    uint32_t marked = fake_marked(&received, &first);
-    harness_equal("uart: what fits before a drop", received, MMUART_RX_BYTES);
-    harness_equal("uart: is good", marked, 0u);
-    fake_receive(MMUART_LSR_DR);
-    marked = fake_marked(&received, &first);
-    harness_true("uart: the first one behind a drop is marked", marked == 1u && first);
-    (void)mmuart_init(&uart, MMUART0, 115200u);
-}
-
 static void check_emergency_write(void)
 {
     static const char text[] = "help";
@@ -327,9 +191,6 @@ static void test_uart(void)
     check_full_transmit_buffer();
     check_loop_back();
     check_overrun();
-    check_losses();
-    check_asking_to_wait();
-    check_being_asked_to_wait();
     check_emergency_write();
 }
 

@@ -11,7 +11,8 @@ $(TIMING_COUNTED:%=$(BUILD)/arm/tests/timing/%.o): %.o: %.S tests/timing/excepti
 	$(call say,AS)
 	$(Q)$(CC_ARM) $(CPU) -I. -c $< -o $@
 
-$(BUILD)/arm/tests/timing/%.S: tests/timing/sequences.py tests/timing/sequences.txt
+$(TIMING_COUNTED:%=$(BUILD)/arm/tests/timing/%.S): $(BUILD)/arm/tests/timing/%.S: tests/timing/sequences.py \
+        tests/timing/sequences.txt
 	@mkdir -p $(@D)
 	$(Q)$(PYTHON) $< $* > $@
 

@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 from disasm import Image
-from listing import KINDS, Sources, between_readings, markdown, steps
+from listing import KINDS, Sources, between_readings, steps, texts
 from pages import replaced
 from timing import EXIT, REFILL, Waits, default_waits
 from wcet import HANDLER
@@ -16,7 +16,6 @@ from wcet import HANDLER
 HERE = Path(__file__).resolve().parent
 LIBRARY = ("Clarke_Lib_Do", "InvClarke_Lib_Do", "Park_Lib_Do", "InvPark_Lib_Do")
 BL = 2
-NOTE_WIDTH = 80
 STAGE = re.compile(r"/\*\s*stage:\s*(.*?)\s*\*/")
 
 
@@ -84,12 +83,11 @@ def registers_section(image, figures, row):
     yield from terms_table(row, figures)
     yield f"In registers, row `{row}`: {figures[row]['cycles_max']} cycles measured."
     if found:
-        sources = Sources(image, [step.address for step in found])
-        yield from ("", "```text", *(listed(step, sources) for step in found), "```")
+        yield from listed(found, Sources(image, [step.address for step in found]))
     yield ""
 
 
-def function_section(image, figures, row, as_table):
+def function_section(image, figures, row):
     found, cycles = counted(image, row)
     measured = figures[row]["cycles_max"]
     yield from (f"### {row}", "")
@@ -97,11 +95,7 @@ def function_section(image, figures, row, as_table):
     yield from registers_section(image, figures, f"{row}.registers")
     agreed = "" if cycles == measured else ": **they differ**"
     yield f"By its instructions, with the {BL} of the call: {cycles}; measured, worst data: {measured}{agreed}."
-    sources = Sources(image, [step.address for step in found])
-    if as_table:
-        yield from ("", *markdown(found, sources.note), "")
-    else:
-        yield from ("", "```text", *(listed(step, sources) for step in found), "```", "")
+    yield from (*listed(found, Sources(image, [step.address for step in found])), "")
 
 
 def stage_of(sources, address):
@@ -147,13 +141,11 @@ def loop_section(image, figures):
     yield line("entry and exit", "", entry + leave, *("" for _ in KINDS))
     yield from (line("sum", len(found), whole, *("" for _ in KINDS)), "")
     for name, part in grouped.items():
-        yield from (f"### Stage: {name}", "", "```text")
-        yield from (listed(step, sources) for step in part)
-        yield from ("```", "")
+        yield from (f"### Stage: {name}", *listed(part, sources), "")
 
 
-def listed(step, sources):
-    return f"{step.cycles:>3}  {step.text:<38} {step.why:<34} {sources.note(step)[:NOTE_WIDTH]}".rstrip()
+def listed(found, sources):
+    return ("", "```text", *texts(found, sources), "```")
 
 
 PAGE_TOP = """# Every instruction, and its cycles
@@ -167,9 +159,9 @@ def listings(figures, build):
     """The text of build/cycles.md, from the figures of `make bench` and the images they were measured with."""
     bench, firmware = Image(build / "bench.elf"), Image(build / "mssfoc.elf")
     parts = [
-        ("The library", (text for row in LIBRARY for text in function_section(bench, figures, row, True))),
+        ("The library", (text for row in LIBRARY for text in function_section(bench, figures, row))),
         ("The Q15 kernels, as functions with data in memory; in the current loop they are inlined",
-         (text for row in kernel_rows(bench, figures) for text in function_section(bench, figures, row, False))),
+         (text for row in kernel_rows(bench, figures) for text in function_section(bench, figures, row))),
         ("The current loop", loop_section(firmware, figures)),
     ]
     return PAGE_TOP + "".join(f"\n## {title}\n\n" + "\n".join(lines).rstrip("\n") + "\n" for title, lines in parts)

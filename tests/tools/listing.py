@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Where the cycles of a function go: its instructions along the longest way, each with its cycles and their reason.
 
-usage: listing.py IMAGE.elf FUNCTION [KEY=N ...]     KEY: the wait cycles of timing.Waits, 0 unless given
+usage: listing.py IMAGE.elf FUNCTION
 
-The rules are those of the bounds (timing.py), data at their worst. Accesses through pointers that come from outside are
-taken to go to RAM. The function's own cycles: the BL that calls it is not among them. What only a sample that trips
-executes in the current loop is left out, as wcet.py does.
+The rules are those of the bounds (timing.py), data at their worst, memory answers at once. Accesses through pointers that come
+from outside are taken to go to RAM. The function's own cycles: the BL that calls it is not among them. What only a sample that
+trips executes in the current loop is left out, as wcet.py does.
 """
 import re
 import sys
@@ -22,6 +22,7 @@ from wcet import FAULT_CALLS
 
 ROOT = Path(__file__).resolve().parents[2]
 CYCCNT = 0xE0001004  # DWT, ARMv7-M C1.8
+NOTE_WIDTH = 80
 LOAD, STORE, PRODUCT, CONSTANT, DATA, CONDITION, FLOW, OTHER = KINDS = (
     "loads", "stores", "products", "constants", "data processing", "conditions", "calls and branches", "other")
 
@@ -36,44 +37,28 @@ class Step:
     why: str
 
 
-def assumed_regions(image, function):
-    """What the constants in the code tell of each access; RAM where they tell nothing."""
-    return {at: region or RAM for at, region in Constants(image, function).regions().items()}
+def costs_of(image, function):
+    """With what the constants in the code tell of each access; RAM where they tell nothing."""
+    return Costs(Waits(), {at: region or RAM for at, region in Constants(image, function).regions().items()})
 
 
-def longest(image, waits=Waits(), avoid=FAULT_CALLS):
-    known = {}
-
-    def costs(function):
-        if function.name not in known:
-            known[function.name] = Costs(waits, assumed_regions(image, function))
-        return known[function.name]
-
-    return Longest(image, costs, avoid=avoid)
-
-
-def steps(image, function, waits=Waits(), avoid=FAULT_CALLS):
+def steps(image, function):
     """[Step] from the first instruction to the return. Their sum is that of the longest way: anything else is an error."""
-    bound = longest(image, waits, avoid)
+    bound, costs = Longest(image, lambda other: costs_of(image, other), avoid=FAULT_CALLS), costs_of(image, function)
     way = bound.to_return(function)
-    costs = Costs(waits, assumed_regions(image, function))
-    found, before, jumped, pending = [], None, True, waits.apb_write
+    found, before, jumped = [], None, True
     for at, following in zip(way.path, [*way.path[1:], None]):
         i = function.code[at]
-        stall = costs.stall(i, pending)
-        cycles, reasons = costs.step(i, before, jumped) + stall, why(costs, i, before, jumped, stall)
-        pending = costs.posted(i, pending)
-        call = i.flow.startswith("call")
+        reasons, call = why(costs, i, before, jumped), i.flow.startswith("call")
         taken = following is not None and (following != i.end or call)
-        leave = costs.leave(i, taken)
+        cycles = costs.step(i, before, jumped) + costs.leave(i, taken)
         if call:
-            inside = bound.cycles(image.functions_at[i.targets[0]])
-            reasons.append(f"{inside} in {image.functions_at[i.targets[0]].name}")
-            leave, pending = leave + inside, 0
-        pending = max(0, pending - costs.leave(i, taken))
-        found.append(Step(at, str(i), cycles + leave, kind(i), "; ".join(reasons + branch_reason(i, taken, call))))
+            inside = image.functions_at[i.targets[0]]
+            cycles += bound.cycles(inside)
+            reasons.append(f"{bound.cycles(inside)} in {inside.name}")
+        found.append(Step(at, str(i), cycles, kind(i), "; ".join(reasons + branch_reason(i, taken, call))))
         before, jumped = None if call else i, taken
-    if sum(step.cycles for step in found) + pending != way.cycles:
+    if sum(step.cycles for step in found) != way.cycles:
         raise ImageError(f"{function.name}: the listing has not the cycles of the longest way, {way.cycles}")
     return found
 
@@ -104,7 +89,7 @@ def kind(i):
     return OTHER if re.match(r"^(dsb|dmb|isb|cps\w*|mrs|msr|nop|wfi)$", i.mnemonic) else DATA
 
 
-def why(costs, i, before, jumped, stall):
+def why(costs, i, before, jumped):
     """The rules that make the cycles of `i`, as words; what costs the usual one cycle needs none."""
     reasons = [text for text in (_execution(costs, i, before),) if text]
     if before is not None and touches_memory(i):
@@ -114,11 +99,6 @@ def why(costs, i, before, jumped, stall):
             reasons.append("+1 address just computed")
     if jumped and i.size == 4 and i.address % 4:
         reasons.append("+1 target of 32 bits on a halfword")
-    waits = costs.memory_waits(i) + costs.fetch_waits(i)
-    if waits:
-        reasons.append(f"+{waits} wait")
-    if stall:
-        reasons.append(f"+{stall} the write before is not done")
     return reasons
 
 
@@ -197,39 +177,23 @@ class Sources:
         return text
 
 
-def markdown(found, note=None):
-    """A table of the steps, with their sum."""
-    yield from ("| instruction | cycles | rule | source |", "|---|--:|---|---|")
+def texts(found, sources):
+    """Each step's cycles, instruction, rule and source."""
     for step in found:
-        yield f"| `{step.text}` | {step.cycles} | {step.why} | {_cell(note(step)) if note else ''} |"
-    yield f"| sum | {sum(step.cycles for step in found)} | | |"
+        yield f"{step.cycles:>3}  {step.text:<38} {step.why:<34} {sources.note(step)[:NOTE_WIDTH]}".rstrip()
 
 
-def _cell(text):
-    text = text.replace("|", "\\|")
-    return f"`{text}`" if re.search(r"[;{}=(]", text) else text
-
-
-def waits_of(words):
-    values = {}
-    for word in words:
-        key, _, number = word.partition("=")
-        if key not in Waits.__dataclass_fields__ or not number.isdigit():
-            raise ImageError(f"'{word}' is not KEY=N (keys: {', '.join(Waits.__dataclass_fields__)})")
-        values[key] = int(number)
-    return Waits(**values)
-
-
-def main(path, name, *words):
+def main(path, name):
     image = Image(path)
     if name not in image.functions:
         raise ImageError(f"{path} has no function {name}")
-    found = steps(image, image.functions[name], waits_of(words))
-    print("\n".join(markdown(found, Sources(image, [step.address for step in found]).note)))
+    found = steps(image, image.functions[name])
+    print("\n".join(texts(found, Sources(image, [step.address for step in found]))))
+    print(f"{sum(step.cycles for step in found):>3}  together")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3:
+    if len(sys.argv) != 3:
         raise SystemExit(__doc__)
     try:
         main(*sys.argv[1:])

@@ -75,5 +75,5 @@ def test_a_line_of_the_loop():
     class Note:
         def note(self, step):
             return "c();"
-    step = listing.Step(0, "ldr r0, [r1]", 2, listing.LOAD, "load: address, data")
-    assert cycles_page.listed(step, Note()).split() == ["2", "ldr", "r0,", "[r1]", "load:", "address,", "data", "c();"]
+    text, = listing.texts([listing.Step(0, "ldr r0, [r1]", 2, listing.LOAD, "load: address, data")], Note())
+    assert text.split() == ["2", "ldr", "r0,", "[r1]", "load:", "address,", "data", "c();"]

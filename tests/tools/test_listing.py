@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Cycles instruction by instruction: counted by hand, with their reasons, and together what the bound and the twin say."""
 import os
-import re
 from pathlib import Path
 
 import disasm
@@ -17,9 +16,9 @@ NAKED = "__attribute__((naked, aligned(4))) "
 @pytest.fixture
 def listed(make_image):
     """listed(instructions) -> [Step] of a function made of them and bx lr, without the latter."""
-    def of(body, waits=listing.Waits()):
+    def of(body):
         image = disasm.Image(make_image(f'{NAKED} int work(int n) {{ __asm("{body}\\n bx lr"); }}')[0])
-        return listing.steps(image, image.functions["work"], waits)[:-1]
+        return listing.steps(image, image.functions["work"])[:-1]
     return of
 
 
@@ -64,12 +63,6 @@ def test_a_load_of_the_pc_waits_for_the_store_before(listed, make_image):
     assert [step.cycles for step in listing.steps(image, image.functions["work"])] == [2, 1, 5 + 1]
 
 
-def test_wait_cycles_and_the_posted_write(listed):
-    found = listed("mov.w r2, #0x50000000\\n nop\\n str r0, [r2]\\n str r1, [r2, #4]\\n dsb", listing.Waits(apb_write=5))
-    assert [step.cycles for step in found] == [1, 1, 1 + 3, 1 + 5, 4 + 5]
-    assert found[3].why == "store; +5 the write before is not done"
-
-
 def test_calls_have_what_is_inside(make_image):
     code = f'{NAKED} int two(int n) {{ __asm("nop\\n nop\\n bx lr"); }} int two(int n);'
     code += f'{NAKED} int work(int n) {{ __asm("push {{lr}}\\n bl two\\n pop {{pc}}"); }}'
@@ -89,12 +82,6 @@ def test_between_two_readings_of_the_counter(make_image):
         listing.between_readings(image, function, listing.steps(image, function)[:4])
 
 
-def test_table():
-    found = [listing.Step(0, "ldr r0, [r1]", 2, listing.LOAD, "load"), listing.Step(4, "bx lr", 2, listing.FLOW, "return")]
-    assert list(listing.markdown(found))[2:] == ["| `ldr r0, [r1]` | 2 | load |  |", "| `bx lr` | 2 | return |  |",
-                                                 "| sum | 4 | | |"]
-
-
 def test_the_source_beside_an_instruction(make_image):
     image = disasm.Image(make_image("int work(int n) { return n * 77; }")[0])
     start = image.functions["work"].start
@@ -106,8 +93,8 @@ def test_the_source_beside_an_instruction(make_image):
 def test_command(capsys):
     listing.main(str(BUILD / "bench.elf"), "Clarke_Lib_Do")
     out = capsys.readouterr().out.splitlines()
-    cycles = [int(re.match(r"\| `.*?` \| (\d+) \|", line).group(1)) for line in out[2:-1]]
-    assert out[-1] == f"| sum | {sum(cycles)} | | |"
+    cycles = [int(line.split()[0]) for line in out]
+    assert len(out) > 10 and sum(cycles[:-1]) == cycles[-1]
     with pytest.raises(disasm.ImageError, match="no function"):
         listing.main(str(BUILD / "bench.elf"), "Nothing_Lib_Do")
 

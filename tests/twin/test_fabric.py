@@ -103,6 +103,13 @@ def test_a_flag_in_the_plant(register, value, flag, off):
 
 # ---- slot 3: GATE ----
 
+def test_six_gates_and_no_more():
+    gate = c.gate()
+    c.gate_reset(gate)
+    c.gate_write(gate, 0x00, 1, 0)
+    assert c.gate_follow(gate, 0x6A) == 0x2A
+
+
 @pytest.mark.parametrize("latch", [0x400, 0x800])
 def test_from_a_pin_to_the_switches(latch):
     p = Plant()

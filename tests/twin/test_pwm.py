@@ -70,3 +70,13 @@ def test_brake():
         assert p.outputs == outputs
     c.pwm_set_live(p, False)
     assert p.outputs == 0
+
+
+def test_settings_are_locked_until_the_carrier_rests_and_in_that_clock_too():
+    p = running(dead=10)
+    reach(p, 10 * CLOCK_PS)
+    c.pwm_write(p, 0x00, 0)
+    for clock, dead in ((11, 10), (12, 7)):
+        reach(p, clock * CLOCK_PS)
+        c.pwm_write(p, 0x0C, 7)
+        assert c.pwm_read(p, 0x0C) == dead
