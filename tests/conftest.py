@@ -12,7 +12,8 @@ import pytest
 
 SHORT = "tests/unit/"
 # what each of them has whole; of what plays the image and takes its time, one test in so many, drawn by its name
-WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets", "silicon", "mutants", "twin")),
+WHOLE = (SHORT, *(f"tests/{name}/" for name in ("fuzz", "lib", "launcher", "tools", "make", "budgets", "silicon", "mutants",
+                                                "twin")),
          "tests/campaign/test_lots.py", "tests/guides/test_adding.py", "tests/closed_loop/test_scenarios.py::test_scenario[")
 ONE_IN = {"--sample": 5, "--most": 4}
 ROOT = Path(__file__).resolve().parents[1]
