@@ -13,7 +13,7 @@ fuzzers: $(FUZZERS)
 fuzz: LASTS = a minute, longer by N=runs; leaves what fails in $(BUILD)/fuzz/
 fuzz: tools-fuzz
 	$(says)
-	$(ALONE) $(MAKE) --no-print-directory -s -j2 fuzzers unit
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 fuzzers
 	@FUZZ_RUNS=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/fuzz
 
 $(BUILD)/tests/fuzz/%: $(BUILD)/fuzz/tests/fuzz/%.o $(FUZZ_OBJ)
