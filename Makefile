@@ -108,7 +108,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything dist site guides pictures results client eds run test storm size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -206,7 +206,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 
 target-tests: $(TARGET_TESTS)
 
-include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/explore/explore.mk
+include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/fuzz/fuzz.mk tests/explore/explore.mk
 include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk tests/bringup/bringup.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck $(BUILD)/qemu/replay $(BUILD)/qemu/canbus)
@@ -226,7 +226,7 @@ ALONE = @sh .ci/alone $(BUILD)
 # What a long command says first: its time on two cores, and what it leaves. README has that of the tests from here (.ci/bare).
 says = @echo 'mssfoc: make $@: $(LASTS)'
 test: LASTS = about 10 minutes; ALL=1, as CI has it, takes 25, ALL=2 plays everything
-storm: LASTS = some minutes, longer by N=frames
+coverage: LASTS = some minutes: tests/unit, counted
 guides: LASTS = some 7 minutes: every command in the guides
 results: LASTS = about 3 minutes: every motor, every fault; writes docs/results.md and README.md
 campaign: LASTS = seconds for each motor, scenario and seed, hours for all; goes on where it was ended; leaves $(BUILD)/campaign/
@@ -272,10 +272,9 @@ test: tools-test
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
 	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(filter 2,$(ALL)),,$(if $(ALL),--first,--short)) $(UNTIL:%=--until=%) tests
 
-storm: tools-test
+coverage: tools-test
 	$(says)
-	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
-	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
+	@$(PYTHON) tests/tools/coverage.py
 
 lint: tools-lint
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
@@ -381,7 +380,8 @@ of every build
   BUILD=dir                    puts every product elsewhere; PYTHON=path chooses the interpreter, V=1 shows the commands
 more tests
   make test ALL=1|2            every test, as CI has them; every case of each   [CHIP=name QEMU=path]
-  make storm                   noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]
+  make fuzz                    what comes in by console, Modbus, CANopen and eNVM, changed towards what it has not entered [N=runs]
+  make coverage                lines and branches of the firmware that no unit test enters
   make prove                   every kernel and the interrupt, as assembled, for all inputs, by a solver
   make explore                 every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it
   make fabric                  the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels

@@ -13,17 +13,13 @@ struct row {
     const char *name;
     bool (*measure)(struct identify *d, const struct measure_io *io);
     enum identify_reason (*think)(struct identify *d);
-    uint8_t needs;    /* enum identify_needs */
-    uint8_t from, to; /* enum identify_quantity: what it finds */
+    uint8_t needs; /* enum identify_needs */
+    uint8_t from;  /* enum identify_quantity: the first that it finds */
 };
 
 #define ROW_OF(NAME, name, text, need, first, last) \
-    [IDENTIFY_STEP_##NAME] = {text, \
-                              identify_measure_##name, \
-                              identify_think_##name, \
-                              IDENTIFY_NEEDS_##need, \
-                              IDENTIFY_##first, \
-                              IDENTIFY_##last},
+    [IDENTIFY_STEP_## \
+        NAME] = {text, identify_measure_##name, identify_think_##name, IDENTIFY_NEEDS_##need, IDENTIFY_##first},
 
 static const struct row identify_script[IDENTIFY_STEPS] = {
     [IDENTIFY_STEP_NONE] = {.name = "none"}, IDENTIFY_SCRIPT(ROW_OF)[IDENTIFY_STEP_DONE] = {.name = "done"}};

@@ -104,9 +104,12 @@ def lines_of(rows, draw):
 
 
 def on_the_buses(from_s, to_s):
-    """Long reads over Modbus, and the data sheet over CAN, all along."""
+    """Long reads over Modbus with noise in between, and the data sheet over CAN, all along."""
+    draw = random.Random(7)
     reads = [{"t_s": t_s, "event": "bus", "args": [read(PARAM_BASE + 2 * (n % 40), 125).hex()]}
              for n, t_s in enumerate(np.arange(from_s, to_s, 0.02).round(7))]
+    reads += [{"t_s": round(step["t_s"] + 0.01, 7), "event": "bus", "args": [draw.randbytes(draw.randint(1, 80)).hex()]}
+              for step in reads]
     asks = ["4021100000000000", *("6000000000000000", "7000000000000000") * 10000]
     segments = [{"t_s": t_s, "event": "can", "args": [f"605#{ask}"]}
                 for t_s, ask in zip(np.arange(from_s, to_s, 0.005).round(7), asks)]

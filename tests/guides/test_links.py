@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pages: every link leads somewhere, every page is within two clicks of README, and README's blocks are up to date."""
+import re
+
 import pytest
 
 from guides.transcript import ROOT
@@ -20,6 +22,17 @@ def test_every_link_leads_somewhere(page):
         assert target.exists(), f"{name(page)}: no {target}"
         if anchor and target.suffix == ".md":
             assert anchor in anchors(target), f"{name(page)}: {name(target)} has no heading #{anchor}"
+
+
+def test_every_promise_names_tests_that_there_are():
+    promises = re.findall(r"(?s)^- \*\*(.*?)\n(?=- |\n)", (ROOT / "docs/promises.md").read_text(), re.MULTILINE)
+    assert len(promises) > 7
+    for promise in promises:
+        named = re.findall(r"`(tests/[\w/]+\.py)?(?:::(\w+))?`", promise)
+        assert named and named[0][0], promise
+        for file, function in named:
+            text = (ROOT / file).read_text() if file else text
+            assert f"\ndef {function}(" in text if function else "\ndef test_" in text, (file, function)
 
 
 def test_every_page_is_two_clicks_from_readme():

@@ -37,23 +37,14 @@ class Node(AxesAtRest):
 
     def say(self, *frames):
         """Frames between two polls; what the drive then sends."""
-        self._hear(frames)
-        self.poll()
-        return self.sent()
-
-    def hear(self, *frames):
-        """As say(), without what they lead to in the drive."""
-        self._hear(frames)
-        self.c.canopen_poll(self.canopen)
-        return self.sent()
-
-    def _hear(self, frames):
         c = self.c
         for number, (identifier, data) in enumerate(frames):
             place = c.host_can_said[number]
             place.id, place.count = identifier, len(data)
             place.data[:len(data)] = list(data)
         c.host_can_saids.value, c.host_can_taken.value = len(frames), 0
+        self.poll()
+        return self.sent()
 
     def poll(self):
         """A turn of the thread, in which all is worked out that has begun; and what the slow loop then takes."""

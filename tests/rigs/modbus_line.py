@@ -18,16 +18,12 @@ def _shifted(value):
 SHIFTED = [_shifted(byte) for byte in range(256)]
 
 
-def remainders(body):
-    """CRC-16 of Modbus behind each byte (Serial Line V1.02, 6.2.2): x^16 + x^15 + x^2 + 1, reflected, from 0xFFFF."""
+def crc(body):
+    """CRC-16 of Modbus (Serial Line V1.02, 6.2.2): x^16 + x^15 + x^2 + 1, reflected, from 0xFFFF."""
     value = 0xFFFF
     for byte in body:
         value = value >> 8 ^ SHIFTED[(value ^ byte) & 0xFF]
-        yield value
-
-
-def crc(body):
-    return struct.pack("<H", [0xFFFF, *remainders(body)][-1])
+    return struct.pack("<H", value)
 
 
 def frame(*body):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Layer setting, by CiA 305: how a node gets its number and its rate, what is refused, and that it reaches nothing else."""
 import ctypes
-import random
 import struct
 
 import pytest
@@ -458,66 +457,7 @@ def test_memory_that_cannot_be_written_is_told(node):
     assert node.configure(STORE) == (0, 0) and kept(node) == (9, 500)
 
 
-# ---- nothing else ----
-
-def some_frame(any_one):
-    known = (4, 4, NODE_ID, BIT_TIMING, ACTIVATE, STORE, *range(0x40, 0x44), 0x51, *range(0x5A, 0x5F))
-    command = any_one.choice(known) if any_one.random() < 0.9 else any_one.randrange(256)
-    values = {4: bytes([any_one.randrange(2)]), NODE_ID: bytes([any_one.choice((0, 1, 9, 127, 200, 255))]), STORE: b"",
-              BIT_TIMING: bytes([any_one.randrange(2), any_one.randrange(10)]), ACTIVATE: bytes([any_one.randrange(9), 0]),
-              0x51: struct.pack("<IBBB", any_one.choice((0, PRODUCT)), any_one.choice((0, 31, 128)), any_one.randrange(5), 1)}
-    part = struct.pack("<I", any_one.choice(IDENTITY))
-    rest = values.get(command, part) if any_one.random() < 0.9 else any_one.randbytes(7)
-    return (bytes([command]) + rest).ljust(8, b"\0")[:8 if any_one.random() < 0.95 else any_one.randrange(8)]
-
-
-@pytest.mark.parametrize("number", (NODE, NONE))
-def test_no_frame_changes_anything_of_a_drive_that_is_on(c, number):
-    """Whatever comes: not a byte of the axis; at most one frame is sent, an answer or a boot-up message."""
-    node, any_one = Setter(c, node=number), random.Random(7)
-    node.axis.state, node.axis.request = c.AXIS_OPERATION_ENABLED, 0
-    node.poll()
-    node.sent()
-    before, answered = bytes(node.axis), 0
-    for _ in range(4000):
-        sent = node.say((COMMAND, some_frame(any_one)))
-        assert bytes(node.axis) == before
-        assert len(sent) <= 1 and all(identifier == ANSWER or data == b"\0" for identifier, data in sent)
-        answered += len(sent)
-        node.canopen.lss.change = 0  # the silence of a change of rate is over
-    assert answered > 500 and not c.slots_look(node.slots).any
-
-
-def test_whatever_comes_a_drive_that_operates_can_be_reached_or_has_lost_its_master(c):
-    any_one, unreachable = random.Random(9), 0
-    for _ in range(80):
-        node = Setter(c)
-        (enabled_by_sdo, enabled)[any_one.randrange(2)](node)
-        for _ in range(500):
-            if any_one.random() < 0.8:
-                node.say((COMMAND, some_frame(any_one)))
-            else:
-                node.nmt(any_one.choice((START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION)), 0)
-            node.canopen.lss.change = 0
-            if node.canopen.node == NONE:
-                assert node.axis.master_lost == c.CANOPEN_LOST_NMT
-                unreachable += 1
-                break
-            assert node.answers_as(node.canopen.node) or node.canopen.state == STOPPED
-    assert unreachable > 20
-
-
-def test_off_they_change_the_line_alone_and_nothing_starts(c):
-    node, any_one = Setter(c), random.Random(8)
-    names = [name for name, _ in type(node.axis.params)._fields_]
-    first = {name: getattr(node.axis.params, name) for name in names}
-    for _ in range(1500):
-        node.say((COMMAND, some_frame(any_one)))
-        node.canopen.lss.change = 0
-        assert node.axis.request == 0 and node.axis.state == c.AXIS_SWITCH_ON_DISABLED
-    changed = {name for name in names if getattr(node.axis.params, name) != first[name]}
-    assert changed <= {"can_node", "can_kbit"} and c.slots_look(node.slots).any
-
+# ---- nothing else; whatever else comes: tests/fuzz/canopen.c ----
 
 def test_it_is_no_sign_of_life_of_a_master(node):
     node.axis.command_ms = 0

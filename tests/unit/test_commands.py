@@ -206,9 +206,27 @@ def test_what_reset_the_device(operator, causes, said):
     ("speed", "error: usage: speed RPM"), ("speed 1 2", "error: usage: speed RPM"), ("on now", "error: usage: on"),
     ("get", "error: usage: get PARAM"), ("set a", "error: usage: set PARAM VALUE"),
     ("set a 1 2", "error: usage: set PARAM VALUE"),
-    ("set a 1 2 3 4", "error: usage: set PARAM VALUE"), ("bogus", "error: bogus: unknown command; 'help' lists them")])
+    ("set a 1 2 3 4", "error: usage: set PARAM VALUE"), ("bogus", "error: bogus: unknown command; 'help' lists them"),
+    ("x" * 80, "error: " + "x" * 80 + ": unknown command; 'help' lists them"),
+    ("speed 99999999999999999999", "error: 99999999999999999999: not a whole number of rpm"),
+    ("speed --5", "error: --5: not a whole number of rpm"), ("torque -", "error: -: not a current in amperes, like 1.5"),
+    ("torque 1.2345", "error: 1.2345: not a current in amperes, like 1.5"),
+    ("set pole_pairs 0", "error: pole_pairs must be 1...50"), ("set pole_pairs 51", "error: pole_pairs must be 1...50"),
+    ("set pole_pairs -2147483648", "error: -2147483648: not a whole number"), ("set ramp_rpm_s +5", "ok")])
 def test_answers(operator, line, answer):
     assert operator(line) == [answer]
+
+
+@pytest.mark.parametrize("setting, complaint", [
+    ("i_max_ma 20000", "i_max_ma must be at most 85 % of i_trip_ma"), ("v_min_mv 50000", "v_min_mv must be below v_max_mv"),
+    ("i_trip_ma 23000", "i_trip_ma must be at most 95 % of i_range_ma"), ("lq_uh 1000000", "current gain out of range"),
+    ("speed_max_rpm 30000", "speed_max_rpm must be below overspeed_rpm"),
+    ("v_min_mv 30000", "the bus voltage is below v_min_mv")])
+def test_parameters_that_do_not_fit_together_keep_the_drive_off(operator, c, setting, complaint):
+    axis = operator.axis
+    axis.params.i_range_ma, axis.params.v_range_mv, axis.loop.vbus_q15 = 23571, 57528, 13670
+    assert operator(f"set {setting}") == ["ok"] and operator("on")[0].startswith("error: " + complaint)
+    assert axis.state == c.AXIS_SWITCH_ON_DISABLED and axis.request == c.AXIS_REQUEST_NONE
 
 
 def test_what_works_is_passed_on(operator, c):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Where frames begin and end: whatever the line tears, joins or adds, requests are answered, and nothing else is obeyed. Noise,
-mutated requests and the traffic of others: test_modbus_storm.py."""
+mutated requests and the traffic of others: tests/fuzz."""
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

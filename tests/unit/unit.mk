@@ -3,7 +3,9 @@
 # structures in the test's memory, the core and the console are tests/unit/host. Included by the top Makefile, which defines
 # BUILD, HOSTCC, Q and say.
 
-UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all \
+# tests/tools/coverage.py has it count instead
+UNIT_WATCHED ?= -fsanitize=undefined -fno-sanitize-recover=all
+UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC $(UNIT_WATCHED) \
     -fsanitize-coverage=trace-pc -fno-inline \
     -Wall -Wextra -Werror \
     -Wno-int-to-pointer-cast -Itests/unit/host -I.
@@ -34,7 +36,7 @@ $(BUILD)/tests/unit/two_axes_buses.so: $(call for_two,operate,$(UNIT_FIRMWARE))
 $(BUILD)/tests/unit/%.so: tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,LD)
-	$(Q)$(HOSTCC) -shared -fsanitize=undefined $(filter %.o,$^) -lm -o $@
+	$(Q)$(HOSTCC) -shared $(UNIT_WATCHED) $(filter %.o,$^) -lm -o $@
 
 $(BUILD)/host/%.o: %.c tests/unit/unit.mk
 	@mkdir -p $(@D)
