@@ -29,7 +29,7 @@ FIGURES = [(scenario, name) for scenario, rows in HELD.items() for name in rows]
 
 @pytest.mark.parametrize("scenario, name", FIGURES)
 def test_everything_is_held_with_a_reason_and_a_quarter_of_the_motors_notices_a_fifth(scenario, name):
-    """However wide the starts of some motors scatter: a drive 20 % worse, from the middle of what they measured, must not pass."""
+    """However wide the starts of some motors scatter: 20 % worse than the middle of what they measured must not pass."""
     rule = HELD[scenario][name]
     assert set(rule) == {"percent", "better", "reason"} and rule["better"] in ("lower", "higher") and len(rule["reason"]) >= 15
     budgets = [rows[scenario][name] for rows in QUALITY["values"].values() if name in rows.get(scenario, {})]
