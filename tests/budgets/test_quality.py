@@ -13,8 +13,12 @@ HELD = QUALITY["held"]
 EXPECTED = load_expected()
 
 
+SAMPLE = ("teknic_m2310p", "estun_emj04apb22", "maxon_ec45flat")
+
+
 @pytest.mark.parametrize("motor, scenario", [
-    (motor, scenario) for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
+    pytest.param(motor, scenario, marks=() if motor in SAMPLE else pytest.mark.rest)
+    for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
 def test_quality(motor, scenario, tmp_path):
     found = judge(motor, scenario, QUALITY, EXPECTED, tmp_path)
     assert not found, "\n".join(["quality is not kept:", *found])
@@ -25,7 +29,7 @@ FIGURES = [(scenario, name) for scenario, rows in HELD.items() for name in rows]
 
 @pytest.mark.parametrize("scenario, name", FIGURES)
 def test_everything_is_held_with_a_reason_and_a_quarter_of_the_motors_notices_a_fifth(scenario, name):
-    """However wide the starts of some motors scatter: a drive 20 % worse, from the middle of what was measured, is found."""
+    """However wide the starts of some motors scatter: 20 % worse than the middle of what they measured must not pass."""
     rule = HELD[scenario][name]
     assert set(rule) == {"percent", "better", "reason"} and rule["better"] in ("lower", "higher") and len(rule["reason"]) >= 15
     budgets = [rows[scenario][name] for rows in QUALITY["values"].values() if name in rows.get(scenario, {})]

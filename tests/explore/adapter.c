@@ -106,7 +106,9 @@ void world_round(void)
     drive_learn(a);
     drive_restore_cogging(a);
     identify_think(&a->identify);
-    (void)drive_prepare(a);
+    while (drive_prepare(a) && a->switching.under_way && a->switching.built) {
+        a->time_ms++; /* to the pace of starts: no state of its own */
+    }
     world_hardware();
 }
 
