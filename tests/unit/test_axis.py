@@ -287,6 +287,24 @@ def test_the_heartbeat_is_not_listened_to_in_the_first_two_milliseconds(c):
         assert (w.axis.faults.cause == c.FAULT_LOOP_STOPPED) == (ms == 3)
 
 
+@pytest.mark.parametrize("identifies, most", ((None, 1), (False, 1), (True, 10)))
+@pytest.mark.parametrize("way", (1, -1))
+def test_the_heartbeat_bears_half_a_millisecond_while_the_other_axis_identifies(c, identifies, most, way):
+    """And two milliseconds behind: its bursts hold up the slow loop of both."""
+    other, w = World(c), World(c)
+    if identifies is not None:
+        w.axis.beside, other.axis.identify.running = ctypes.pointer(other.axis), identifies
+    for off, late_ms, bears in ((most, 0, True), (most, 1, True), (most + 1, 0, False)):
+        w.axis.faults.cause, other.axis.identify.running = 0, bool(identifies)
+        w.step(3)
+        for _ in range(late_ms):
+            other.axis.identify.running = False
+            w.step()
+        w.fabric.adc.SEQUENCE += way * off
+        w.step()
+        assert (w.axis.faults.cause == 0) == bears and w.axis.faults.cause in (0, c.FAULT_LOOP_STOPPED)
+
+
 def test_heat_lowers_the_limit_of_both_modes(c, world):
     for mode in (c.AXIS_MODE_SPEED, c.AXIS_MODE_TORQUE):
         w = running(world("OPERATION_ENABLED"), 0)

@@ -60,6 +60,7 @@ def test_a_change_of_its_number_takes_it_to_the_other_one(node):
     node.axis.params.can_node = 0
     closed = node.c.host_can_closed.value
     assert node.wait(1) == [] and node.c.host_can_closed.value == closed + 1
+    assert node.canopen.state == 0, "off the bus it is in no state that it has left"
 
 
 @pytest.mark.parametrize("command, state", [(START, 5), (STOP, 4), (PRE_OPERATIONAL, 127)])
@@ -175,10 +176,13 @@ def test_parameters_change_only_while_it_is_off(node):
 
 
 def test_a_value_can_come_in_segments(node):
-    node.request(struct.pack("<BHBI", 0x21, 0x3000, 0, 4))
-    assert node.request(bytes([0x08]) + struct.pack("<I", 7)[:3] + bytes(4)) == bytes([0x20]) + bytes(7)
-    node.request(bytes([0x1D]) + b"\0" + bytes(6))
-    assert node.axis.params.pole_pairs == 7
+    for value, parts in ((0x00020304, ((0x08, 3), (0x1D, 1))), (0x00010203, ((0x07, 4),)), (7, ((0x08, 3), (0x1D, 1)))):
+        index, data = node.param("ramp_rpm_s") if value > 7 else 0x3000, struct.pack("<I", value)
+        node.request(struct.pack("<BHBI", 0x21, index, 0, 4))
+        for head, count in parts:
+            assert node.request(bytes([head]) + data[:count].ljust(7, b"\0")) == bytes([0x20 | head & 0x10]) + bytes(7)
+            data = data[count:]
+        assert node.value(index) == value
     node.request(struct.pack("<BHBI", 0x20, 0x3000, 0, 0))
     with aborted(0x06070012):
         node.request(bytes([0x01]) + bytes(7))
@@ -291,7 +295,8 @@ def test_one_comes_when_it_changes_and_no_sooner_than_it_may(node):
 def test_one_comes_by_its_timer(node):
     node.nmt(START)
     node.wait(5)
-    assert [at for at, identifier, _ in node.wait(400) if identifier == TPDO].__len__() == 4
+    times = [at for at, identifier, _ in node.wait(400) if identifier == TPDO]
+    assert len(times) == 4 and {late - early for early, late in zip(times, times[1:])} == {100}
 
 
 @pytest.mark.parametrize("code, entry", [(0x06040041, 0x60410010), (0x06040041, 0x60400020), (0x06040041, 0x30000020),
@@ -325,9 +330,11 @@ def test_a_fault_is_told_and_its_end(node):
     assert told == [struct.pack("<HBIB", 0x3210, 0b101, node.c.FAULT_OVERVOLTAGE, 0)]
     assert not [frame for frame in node.wait(50) if frame[1] == EMERGENCY]
     assert node.value(0x1003) == 1 and node.value(0x1003, 1) == node.c.FAULT_OVERVOLTAGE << 16 | 0x3210
+    node.axis.faults.count = 2  # cleared and found again, between two looks
+    assert [data for _, identifier, data in node.wait(1) if identifier == EMERGENCY] == told
     node.axis.faults.cause = node.c.FAULT_NONE
     assert [data for _, identifier, data in node.wait(1) if identifier == EMERGENCY] == [bytes(8)]
-    assert node.value(0x1001) == 0 and node.value(0x1003) == 1
+    assert node.value(0x1001) == 0 and node.value(0x1003) == 2
     node.write(0x1003, 0, 0, 1)
     assert node.value(0x1003) == 0 and node.value(0x1003, 1) == 0
 

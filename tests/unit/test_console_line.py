@@ -148,6 +148,8 @@ def test_each_command_parameter_and_fault_can_be_completed(operator, c):
     operator.type(b"set ")
     listed = operator.type(TAB).split("\r\n")[1].split()
     assert listed == [name for name, _ in c.params._fields_]
+    operator.type(b"\x15help ")
+    assert set(operator.type(TAB).split("\r\n")[1].split()) == names | set(listed)
     operator.type(b"\x15reaction ")
     listed = operator.type(TAB).split("\r\n")[1].split()
     operator.type(b"\x15")

@@ -62,15 +62,17 @@ def test_the_next_request_behind_a_torn_one_is_answered(c, silence_ms):
 FOREIGN = st.sampled_from([2, 5, 17, 247])
 
 
-@given(unit=FOREIGN, lead=st.integers(0, 20), gap=st.integers(0, 40), tail=st.integers(0, 20))
-def test_a_request_inside_another_slaves_reply_is_not_one(c, unit, lead, gap, tail):
-    """Even where a silence comes just in front of it."""
+@pytest.mark.parametrize("head", (b"\3", b"\x2b\x0e\1\x82\0\0\2\0\3abc\1"), ids=("registers", "identification"))
+@given(unit=FOREIGN, lead=st.integers(0, 20), gap=st.integers(0, 40), tail=st.integers(0, 20), torn=st.integers(0, 17))
+def test_a_request_inside_another_slaves_reply_is_not_one(c, head, unit, lead, gap, tail, torn):
+    """Even where a silence comes just in front of it, or anywhere before."""
     line, order = Line(c), write(0x0002, words(0, 300))
     before = line.everything()
     data = bytes(lead) + order + bytes(tail)
-    reply = framed(unit, bytes([3, len(data)]) + data)
-    assert line.say(reply[:3 + lead], then_ms=gap) == b""
-    assert line.say(reply[3 + lead:], then_ms=LONG_MS) == b""
+    reply = framed(unit, head + bytes([len(data)]) + data)
+    parts = sorted({min(torn, len(head)), len(head) + 2 + lead})
+    for first, last in zip([0, *parts], [*parts, len(reply)]):
+        assert line.say(reply[first:last], then_ms=gap if last < len(reply) else LONG_MS) == b""
     assert line.everything() == before
 
 

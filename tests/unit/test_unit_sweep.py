@@ -146,3 +146,16 @@ def test_it_leaves_a_loop_alone_that_is_off(c, bench):
     for _ in range(100):
         c.sweep_sample(sweep, 1)
     assert axis.loop.i_q_ref_q15 == 0
+
+
+def test_the_console_says_what_was_found_and_what_was_not(c, scoped):
+    sweep, names = scoped.scope.sweep, ("closed loop, -3 dB", "closed loop, -90 degrees", "open loop, crossover")
+    assert scoped("sweep read")[1:] == [f"{name}: not among these frequencies" for name in names]
+    for n, (hz, answer) in enumerate(((100, 1), (200, 0.5 - 0.5j), (400, -0.1 - 0.2j))):
+        point, sweep.count = sweep.points[n], n + 1
+        point.millihertz, point.re_q14, point.im_q14 = hz * 1000, round(answer.real * 16384), round(answer.imag * 16384)
+    found, said = c.sweep_summary(sweep), scoped("sweep read")
+    assert said[2] == "200.000 Hz: 0.707, -45.000 deg" and found.crossover_mhz > 0
+    assert said[4:] == [f"{name}: {mhz / 1000:.3f} Hz" for name, mhz in zip(
+        names, (found.bandwidth_mhz, found.lag_mhz, found.crossover_mhz))] + [
+            f"phase margin: {found.margin_ddeg / 10:.3f} degrees"]
