@@ -13,12 +13,10 @@ HELD = QUALITY["held"]
 EXPECTED = load_expected()
 
 
-SAMPLE = ("teknic_m2310p", "estun_emj04apb22", "maxon_ec45flat")
 
 
 @pytest.mark.parametrize("motor, scenario", [
-    pytest.param(motor, scenario, marks=() if motor in SAMPLE else pytest.mark.rest)
-    for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
+    (motor, scenario) for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
 def test_quality(motor, scenario, tmp_path):
     found = judge(motor, scenario, QUALITY, EXPECTED, tmp_path)
     assert not found, "\n".join(["quality is not kept:", *found])
