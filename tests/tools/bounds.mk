@@ -18,7 +18,7 @@ wcet: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py run --scenario default --out $(BUILD)/wcet >/dev/null
 	@$(PYTHON) qemu/run.py run --scenario fault_overcurrent --out $(BUILD)/wcet/fault >/dev/null
-	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf --measured $(BUILD)/wcet/irq.bin --tripped $(BUILD)/wcet/fault/irq.bin
+	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf $(BUILD)/wcet/irq.bin $(BUILD)/wcet/fault/irq.bin
 
 jitter: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin

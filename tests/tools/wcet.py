@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Worst-case cycles of the current loop's interrupt, each of its handlers, from the instructions of the linked image.
 
-usage: wcet.py IMAGE.elf [KEY=N ...] [--measured LOG] [--tripped LOG]
-       KEY: apb_read, apb_write, ppb, esram, envm_wait, cache, vector: the twin's keys cycles.*, with its defaults
-       --measured   a log of interrupts (irqlog) to set beside the bound; fails if the bound is below
-       --tripped    the same of a run that ends in a fault of the current loop
+usage: wcet.py IMAGE.elf LOG TRIPPED
+       the logs of interrupts (irqlog) of a run and of one that ends in a fault of the current loop; fails if a bound is below
 
 The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
-exit are included; interrupts that are more urgent do not exist; the cache is locked (drivers/mss/cache.h) unless cache=0 or 1.
+exit are included; interrupts that are more urgent do not exist; waits are the twin's; the cache is locked (drivers/mss/cache.h).
 """
 import sys
 from dataclasses import dataclass
@@ -22,7 +20,7 @@ from disasm import Image, ImageError  # noqa: E402
 from entries import choices  # noqa: E402
 from launcher.recording import read_recording  # noqa: E402
 from longest import Longest  # noqa: E402
-from timing import REFILL, Costs, Waits, default_waits  # noqa: E402
+from timing import REFILL, Costs, default_waits  # noqa: E402
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FAULT_CALLS = ("current_loop_fault", "drive_sample_fault", "fault_raise")
@@ -73,66 +71,37 @@ def measured(path):
     return int(log["cycles"][current].max()), int(log["latency_cycles"][current].max()), int(current.sum())
 
 
-def waits_from(words):
-    """The twin's waits, but for the KEY=N given."""
-    values = dict(vars(default_waits()))
-    for word in words:
-        key, equals, number = word.partition("=")
-        if not equals or key not in Waits.__dataclass_fields__ or not number.isdigit():
-            raise ImageError(f"'{word}' is not KEY=N (keys: {', '.join(Waits.__dataclass_fields__)})")
-        values[key] = int(number)
-    return Waits(**values)
-
-
 def largest(bounds):
     return Bound(*(max(getattr(b, name) for b in bounds) for name in ("latency", "whole", "fault")))
 
 
-def show(bounds, waits, log=None, tripped=None, out=print):
+def show(bounds, log, tripped):
     """Prints the bounds, {handler: Bound}; 1 if a measured figure is above the largest."""
-    found = largest(bounds.values())
-    names = ("latency: entry to the last PWM write", "whole interrupt", "whole interrupt, a sample that trips")
-    figures = [None, None, None]
-    if log:
-        figures[1], figures[0], count = measured(log)
-        out(f"measured: {count} interrupts")
-    if tripped:
-        figures[2] = measured(tripped)[0]
-    settings = ", ".join(f"{key}={int(getattr(waits, key))}" for key in Waits.__dataclass_fields__)
-    out(f"worst case by the instructions ({settings})")
-    out(f"{'cycles':<40}{'latency':>8}{'whole':>7}{'trips':>7}")
+    found, (whole, latency, count), (trip, *_) = largest(bounds.values()), measured(log), measured(tripped)
+    print(f"measured: {count} interrupts\nworst case by the instructions")
+    print(f"{'cycles':<40}{'latency':>8}{'whole':>7}{'trips':>7}")
     for name, one in bounds.items():
-        out(f"{name:<40}{one.latency:>8}{one.whole:>7}{one.fault:>7}")
-    out(f"\n{'of all':<40}{'bound':>7}{'measured':>10}{'above':>8}")
-    wrong = 0
-    for name, limit, figure in zip(names, (found.latency, found.whole, found.fault), figures):
-        text = f"{figure:>10}{100 * (limit / figure - 1):>7.1f}%" if figure else ""
-        out(f"{name:<40}{limit:>7}{text}")
-        wrong += figure is not None and figure > limit
+        print(f"{name:<40}{one.latency:>8}{one.whole:>7}{one.fault:>7}")
+    print(f"\n{'of all':<40}{'bound':>7}{'measured':>10}{'above':>8}")
+    rows = (("latency: entry to the last PWM write", found.latency, latency), ("whole interrupt", found.whole, whole),
+            ("whole interrupt, a sample that trips", found.fault, trip))
+    for name, limit, figure in rows:
+        print(f"{name:<40}{limit:>7}{figure:>10}{100 * (limit / figure - 1):>7.1f}%")
+    wrong = any(figure > limit for _, limit, figure in rows)
     if wrong:
         print("mssfoc: measured above the bound: the bound, or the twin's model, is wrong", file=sys.stderr)
-    return 1 if wrong else 0
+    return int(wrong)
 
 
-def main(arguments):
-    words, logs = [], {}
-    arguments = list(arguments)
-    image = Image(arguments.pop(0))
-    while arguments:
-        word = arguments.pop(0)
-        if word in ("--measured", "--tripped") and arguments:
-            logs[word] = arguments.pop(0)
-        else:
-            words.append(word)
-    waits = waits_from(words)
-    bounds = {name: bound(image, waits, name) for name in handlers(image)}
-    return show(bounds, waits, logs.get("--measured"), logs.get("--tripped"))
+def main(path, log, tripped):
+    image = Image(path)
+    return show({name: bound(image, default_waits(), name) for name in handlers(image)}, log, tripped)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
+    if len(sys.argv) != 4:
         raise SystemExit(__doc__)
     try:
-        sys.exit(main(sys.argv[1:]))
+        sys.exit(main(*sys.argv[1:]))
     except ImageError as error:
         raise SystemExit(f"mssfoc: {error}") from error
