@@ -13,8 +13,6 @@ HELD = QUALITY["held"]
 EXPECTED = load_expected()
 
 
-
-
 @pytest.mark.parametrize("motor, scenario", [
     (motor, scenario) for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
 def test_quality(motor, scenario, tmp_path):
