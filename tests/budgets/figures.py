@@ -2,10 +2,10 @@
 """Everything that has a budget, as {section: {row: figure}}: cycles, flash, RAM, stack; and the comparison with it.
 
 A budget holds both ways: a figure above it fails, and so does one so far below that the budget no longer guards it. What a
-harmless change moves (test_harmless.py) must do neither. The current loop's interrupt, whose code is locked in the cache, is held
-to the cycle. Code that stands a few bytes further has its lines of flash elsewhere: of a step of the slow loop that moves up to
-4 %, of the recorder 11. So what is OUTSIDE is held without the flash's waits, which leaves what the code itself costs; and with
-all waits at their longest, in one row, the slow loop as a whole. All of it has SLACK.
+harmless change moves (test_harmless.py) must do neither. The current loop's interrupt, whose code is locked in the cache, is
+held to the cycle. Code that stands a few bytes further has its lines of flash elsewhere, and that moves a step of the slow loop
+by up to 4 %, the recorder by 11. So what is OUTSIDE is held without the flash's waits, which leaves what the code itself costs,
+and the slow loop as a whole with all waits at their longest. All of it has SLACK.
 """
 import sys
 import tomllib
