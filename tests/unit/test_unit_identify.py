@@ -227,7 +227,9 @@ def test_nothing_is_held_while_the_thread_thinks(c, running):
     running.step()
     assert loop.integral_d_q9 == loop.i_d_ref_q15 == loop.kp_d_q9 == loop.ki_q15 == 0
     d.thinking, d.ms = False, 0
-    running.step()
+    while d.ms == 0:
+        assert loop.integral_d_q9 == loop.i_d_ref_q15 == 0, "nor until the next step begins"
+        running.step()
     assert loop.kp_d_q9 > 0, "a current is regulated again"
 
 
