@@ -5,7 +5,7 @@ usage: wcet.py IMAGE.elf LOG TRIPPED
        the logs of interrupts (irqlog) of a run and of one that ends in a fault of the current loop; fails if a bound is below
 
 The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
-exit are included; interrupts that are more urgent do not exist; waits are the twin's; the cache is locked (drivers/mss/cache.h).
+exit are included; interrupts that are more urgent do not exist; waits are the twin's; the cache is locked (cache.h).
 """
 import sys
 from dataclasses import dataclass
