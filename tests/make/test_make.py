@@ -77,7 +77,7 @@ NEEDS = {"image": ({"gcc-arm-none-eabi"}, {"gcc", "qemu-system-arm", "yosys", "v
          "rtl": ({"verilator", "g++"}, {"yosys", "iverilog"}),
          "fabric": ({"yosys", "z3", "verilator", "iverilog", "g++"}, {"gcc-arm-none-eabi", "qemu-system-arm", "clang-format"}),
          "test": ({"gcc-arm-none-eabi", "yosys", "git", "mbpoll"}, {"chromium", "clang-format", "python3-pip"}),
-         "lint": ({"gcc-arm-none-eabi", "git"}, {"clang-format", "qemu-system-arm"}),
+         "lint": ({"gcc-arm-none-eabi", "git", "cppcheck"}, {"clang-format", "qemu-system-arm"}),
          "page": ({"qemu-system-arm"}, {"chromium", "yosys"})}
 
 

@@ -208,6 +208,15 @@ def check_guide():
             yield guide, 1, f"what it makes of {path}:{number} is {what}"
 
 
+def check_members(folders=(*TARGET_ROOMS, "qemu/twin"), folder=ROOT):
+    """Of structures that one file has for itself. All else that cppcheck says here is about what it cannot see."""
+    result = subprocess.run(["cppcheck", "--enable=style", "--max-configs=1", "--std=c11", "-q",
+                             "--template={file}:{line}: {message} [{id}]", *folders], cwd=folder, capture_output=True,
+                            text=True)
+    for name, number, what in re.findall(r"^(.*?):(\d+): (.*) \[unusedStructMember\]$", result.stderr, re.M):
+        yield Path(name), int(number), what
+
+
 def check_python(path, text):
     try:
         tree = ast.parse(text, str(path))
@@ -229,6 +238,7 @@ def layout():
                 yield path, number, what
     yield from check_format([p for p in files if p.suffix in (".c", ".cpp", ".h")])
     yield from check_guide()
+    yield from check_members()
 
 
 def rules():

@@ -46,6 +46,13 @@ def test_the_tree_keeps_the_rules():
     assert not [f"{path}:{number}: {what}" for path, number, what in lint.rules()]
 
 
+def test_a_member_that_nobody_reads_is_found(tmp_path):
+    (tmp_path / "a.c").write_text("struct row {\n    int first, last;\n};\nint first(const struct row *r);\n"
+                                  "int first(const struct row *r)\n{\n    return r->first;\n}\n")
+    ((path, line, what),) = lint.check_members(["a.c"], tmp_path)
+    assert (str(path), line) == ("a.c", 2) and "row::last" in what
+
+
 def test_formatting_is_found_by_one_version(tmp_path, monkeypatch):
     """Where it cannot be had, lint says so instead of passing."""
     formatter = tmp_path / "formatter"
