@@ -209,7 +209,7 @@ def test_a_pulse_has_a_place_for_each_direction_and_does_not_wander(motor):
 
 
 @pytest.mark.parametrize("phase", (0, 1, 2))
-@pytest.mark.parametrize("rpm, i_a, within_ms", ((4000, 7.1, 20), (400, 7.1, 40), (1500, -2.0, 40)))
+@pytest.mark.parametrize("rpm, i_a, within_ms", ((4000, 7.1, 20), (400, 7.1, 40), (1500, -2.0, 40), (-60, -3.5, 200)))
 def test_an_open_phase_has_its_name(motor, phase, rpm, i_a, within_ms):
     m = motor(rpm, i_a)
     m.step(100)
