@@ -73,6 +73,19 @@ def test_full_current_and_no_motion_for_half_a_second(motor, sign):
 
 
 @pytest.mark.parametrize("sign", (1, -1))
+@pytest.mark.parametrize("end_rpm, fault", ((0, "STALL"), (-600, "SPEED_DEVIATION")))
+def test_what_stops_the_shaft_at_once_and_holds_it_is_an_end_stop(motor, sign, end_rpm, fault):
+    """And what turns it round is a load, either way."""
+    m = motor(1000 * sign, 10.6 * sign).step(200)
+    m.at_limit = True
+
+    def stopped(world):
+        world.rpm = sign * max(sign * world.rpm - 200, end_rpm)
+
+    assert m.until_fault(400, stopped) and m.fault == fault
+
+
+@pytest.mark.parametrize("sign", (1, -1))
 def test_counts_that_go_one_by_one_are_found_by_the_emf(motor, sign):
     m = motor(3000 * sign, 2.0 * sign)
     m.step(600)
@@ -196,7 +209,7 @@ def test_a_pulse_has_a_place_for_each_direction_and_does_not_wander(motor):
 
 
 @pytest.mark.parametrize("phase", (0, 1, 2))
-@pytest.mark.parametrize("rpm, i_a, within_ms", ((4000, 7.1, 20), (400, 7.1, 40), (1500, -2.0, 40)))
+@pytest.mark.parametrize("rpm, i_a, within_ms", ((4000, 7.1, 20), (400, 7.1, 40), (1500, -2.0, 40), (-60, -3.5, 200)))
 def test_an_open_phase_has_its_name(motor, phase, rpm, i_a, within_ms):
     m = motor(rpm, i_a)
     m.step(100)
