@@ -35,8 +35,8 @@ def ci_run(tmp_path, there, here=f"echo '{HERE}'", formatter="exit 0", minutes="
 @pytest.mark.parametrize("there, minutes, status, said", [
     (RAN + "echo '9 passed in 2.00s'", "80", 0, "make run holds all limits; make test: whole: 9 passed in 2.00s"),
     (RAN + "echo 'time was up after 4 tests'; echo '4 passed in 2.00s'", "80", 0, "time was up after 4 tests: 4 passed"),
-    (RAN + "echo '1 failed, 8 passed in 2.00s'; exit 1", "80", 1, "then failed: 1 failed, 8 passed in 2.00s"),
-    (READY + "exit 2", "80", 2, "set up; then failed"),
+    (RAN + "echo '1 failed, 8 passed in 2.00s'; exit 1", "80", 0, "then failed: 1 failed, 8 passed in 2.00s"),
+    (READY + "exit 2", "80", 0, "set up; then failed"),
     (RAN + "exit 137", "80", 0, "make run holds all limits; then time was up"),
     ("echo 'mssfoc: setting up a system takes root' >&2; exit 1", "80", 0, "left out: mssfoc: setting up a system takes root"),
     ("exit 9", "0", 0, "left out: 0 s of 0 minutes are too few"),
