@@ -29,7 +29,7 @@ hypothesis.settings.load_profile("unit")
 def let_go():
     """Of every test: whatever was called, the interrupts that it masked are masked no more."""
     yield
-    for library in Library.loaded:
+    for library in (one for one in Library.loaded if hasattr(one, "host_primask")):  # the drive's, not the plant's
         held = library.host_primask.value, library.host_basepri.value
         library.host_primask.value = library.host_basepri.value = 0
         assert held == (0, 0), "interrupts are still masked (PRIMASK, BASEPRI)"
