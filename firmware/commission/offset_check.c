@@ -94,7 +94,7 @@ static enum offset_result go_on(struct offset_check *o)
 /* On which side of the axis what moved along it says that the magnets are. */
 static int32_t side_of(const struct offset_check *o)
 {
-    return o->elsewhere ? -o->sense : o->sense;
+    return o->elsewhere && !o->again ? -o->sense : o->sense;
 }
 
 /* The magnets are on the positive side, or on the negative one: by more than what is borne? */
@@ -104,6 +104,11 @@ static enum offset_result take_side(struct offset_check *o, int32_t side)
     o->side = o->elsewhere ? o->side : side;
     o->low_q4 = side < 0 ? -HALF_Q4 : 0;
     o->high_q4 = side > 0 ? HALF_Q4 : 0;
+    if (mirrored && !o->again) {
+        o->again = true;
+        push_along(o, STEP_AXIS, 180u * DEGREE_Q32);
+        return OFFSET_RUNNING;
+    }
     if (mirrored) {
         return found(o, side * WRONG_Q4);
     }

@@ -33,6 +33,7 @@ struct offset_check {
     bool holds;     /* the push is over */
     bool fades;     /* the holding current, before a look at the second place */
     bool elsewhere; /* at the second place */
+    bool again;     /* there by the opposite current: what moves as before creeps by itself */
     uint32_t step, ms;
     uint32_t latched;    /* counter at the last step */
     int32_t counts;      /* since the beginning, */

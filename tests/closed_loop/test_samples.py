@@ -97,9 +97,9 @@ def test_the_number_of_samples_changes_while_off(tmp_path):
     up_s = ON_S + load_drive(SHUNTS, aligned=True).on_time_s + 0.05
     steps, then_s = [said(up_s, "speed 600"), said(up_s + 0.3, "quickstop")], up_s + 0.7
     for samples in (2, 1, 2):
-        steps += [said(then_s, f"set pwm_samples {samples}"), said(then_s + 0.02, "on"), said(then_s + 0.5, "status"),
-                  said(then_s + 0.55, "speed 600"), said(then_s + 0.9, "quickstop")]
-        then_s += 1.3
+        steps += [said(then_s, f"set pwm_samples {samples}"), said(then_s + 0.02, "on"), said(then_s + 0.7, "status"),
+                  said(then_s + 0.75, "speed 600"), said(then_s + 1.1, "quickstop")]
+        then_s += 1.5
     told = {"pwm_update": ONCE, "current_bw_hz": 2000, "low_side_shunts": 0}
     result = play(tmp_path, steps, then_s, {"inverter": {"sensor": {"shunt": 0}}, "params": told})
     assert not faults(result)
@@ -107,7 +107,7 @@ def test_the_number_of_samples_changes_while_off(tmp_path):
     assert re.findall(r"PWM update: at once(, two samples a period)?, milli", result.console) == [
         ", two samples a period", "", ", two samples a period"]
     assert re.findall(r"loop: (\d+) degrees", result.console) == ["71", "80", "71", "80"]
-    for end_s in (then_s - 0.4, then_s - 1.7, then_s - 3.0):
+    for end_s in (then_s - 0.4, then_s - 1.9, then_s - 3.4):
         assert rpm(result.trace.between(end_s - 0.1, end_s)) == pytest.approx(600, rel=0.02)
 
 

@@ -16,12 +16,13 @@ class Rotor:
     mirror      two phases, or the encoder's tracks, are exchanged
     load        pulls, but less than friction holds; salient: reluctance torque against the magnets', at the full current
     hoist       pulls as well; at rest a ratchet holds it, which a quarter of its pull lets go
+    cogging     six times a turn; more than friction holds, so that it creeps where no current flows
     """
 
     def __init__(self, c, error_deg, counts=1000, period_ms=45.0, told_ms=None, friction=0.02, load=0.0, mirror=False,
-                 salient=0.0, at_deg=13.0, hoist=0.0):
+                 salient=0.0, at_deg=13.0, hoist=0.0, cogging=0.0):
         self.c, self.error, self.mirror, self.salient = c, math.radians(error_deg), mirror, salient
-        self.hoist = hoist
+        self.hoist, self.cogging = hoist, cogging
         self.friction, self.load, self.counts = friction, load, counts
         self.w0_squared = (2 * math.pi / period_ms * 1e3) ** 2
         self.angle, self.speed, self.ms = math.radians(at_deg), 0.0, 0
@@ -54,7 +55,7 @@ class Rotor:
     def move(self):
         dt = 1e-3 / STEPS
         for _ in range(STEPS):
-            torque = self.torque() + self.load
+            torque = self.torque() + self.load + self.cogging * math.sin(6 * self.angle)
             if self.speed == 0 and self.holds(torque):
                 continue
             torque += self.hoist
@@ -120,6 +121,14 @@ def test_exchanged_phases_are_wrong_wherever_the_rotor_stands(c, case):
     for error_deg in range(-180, 180, 9 if case != "heavy" else 36):
         seen = Rotor(c, error_deg, mirror=True, **CALM[case]).look()
         assert seen.result == "OFFSET_WRONG", (error_deg, seen)
+
+
+@pytest.mark.parametrize("cogging", (0.013, 0.015, 0.02))
+def test_a_rotor_that_creeps_by_its_cogging_is_not_wrong(c, cogging):
+    for at_deg in range(0, 60, 2):
+        for error_deg in (-4, 0, 4):
+            seen = Rotor(c, error_deg, at_deg=at_deg, counts=1000, friction=0.012, cogging=cogging).look()
+            assert seen.result == "OFFSET_RIGHT", (at_deg, error_deg, seen)
 
 
 def test_a_rotor_that_nothing_moves_is_not_seen(c):
