@@ -12,7 +12,7 @@ from rigs.bus_steps import send
 from rigs.modbus_line import PARAM_BASE, long, read, write, write_one
 from rigs.verdicts import verdicts
 
-FLASH_MOST, RAM_MOST = 103 * 1024, 25 * 1024  # 5 KB of RAM are the sine table: the cache, locked, has no room for it
+FLASH_MOST, RAM_MOST = 103 * 1024, 25_800  # 5 KB of RAM are the sine table: the cache, locked, has no room for it
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
 ASKED = {  # console lines that need it
     "encoder": ("on", "identify", "angle encoder"), "hall": ("set angle_source 2", "set hall_edge_2_cdeg 7000", "angle hall"),
