@@ -31,7 +31,6 @@ PRODUCTS = ("mssfoc.elf", "mssfoc.hex", "bench.elf", "bench.hex")
 QUALITY = load_quality()
 VALUES = QUALITY["values"][MOTOR][SCENARIO]
 
-pytestmark = pytest.mark.rest
 
 
 def rename_a_static_function(text):
@@ -121,7 +120,7 @@ def timed(build, out_dir):
 def played(build, out_dir):
     run = simulate(SCENARIO, motor=MOTOR, build=build, out_dir=out_dir)
     return {"failure": failure(run), "figures": {name: mean_of([run], name) for name in VALUES},
-            "loops": {f"{name}.in_run": getattr(run.load, name).max_cycles for name in ("current_loop", "slow_loop")},
+            "loops": {f"{name}.in_run": getattr(run.load, name).max_cycles for name in ("current_loop",)},
             "on_s": float(run.trace["t_s"][np.argmax(run.trace["gates"] != 0)])}
 
 
