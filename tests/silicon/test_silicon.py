@@ -181,7 +181,7 @@ def tracked():
 
 def files_of(use):
     """Files whose path ends so, unless one is called just that; the page gives as much of it as is needed to tell."""
-    return [use] if use in tracked() else [name for name in tracked() if name.endswith("/" + use)]
+    return [use] if use in tracked() else [name for name in tracked() if name.endswith("/" + use) and "/fuzz/" not in name]
 
 
 @cache
