@@ -139,13 +139,19 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 	$(call say,AS)
 	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(AS_NO_PLACE) $(CHOICES) -MMD -MP -c $< -o $@
 
-# GCC knows no pipeline of the Cortex-M3, and that of the M4 pairs loads as the M3's does; renamed registers let it move them
-# together. The small functions of lib/ get slower by it: they save a register more.
-$(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -mtune=cortex-m4 -frename-registers
-
-# What the thread does, and what is done once: here bytes count, not cycles. The slow loop looks up the map at every step.
-$(foreach room,settings commission operate,$(BUILD)/arm/firmware/$(room)/%.o): CFLAGS_ARM += -Os
-$(BUILD)/arm/firmware/settings/torque_%.o: CFLAGS_ARM += -O2
+# Bytes count, not cycles, except in what interrupts run each time. GCC knows no pipeline of the Cortex-M3, and that of the M4
+# pairs loads as the M3's does; renamed registers let it move them together. That pays for what is in the locked cache
+# (m2s010.ld). What the slow loop runs from the eNVM waits for words of code, and renamed registers need longer instructions.
+CACHED = $(addprefix system/,handlers axes) $(addprefix drive/,failover sample_fault) control/current_loop_frame \
+    $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
+STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque flux_limit \
+    weakening emf oscillation profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch speed_watch \
+    slip_watch zero_watch) $(addprefix drive/,drive states modes modes_control mode_speed set_point reaction) \
+    $(addprefix scope/,scope recorder)
+in_firmware = $(addprefix $(BUILD)/arm/firmware/,$(addsuffix .o,$1))
+$(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -Os
+$(call in_firmware,$(CACHED) $(STEPPED)): CFLAGS_ARM += -O2
+$(call in_firmware,$(CACHED)): CFLAGS_ARM += -mtune=cortex-m4 -frename-registers
 
 # the one object that knows the commit
 $(BUILD)/arm/firmware/operate/commands_session.o: CFLAGS_ARM += -include $(BUILD)/commit.h

@@ -8,14 +8,12 @@
 #define C_MOST_Q13   16384 /* 2.0 */
 #define REST_MOST    (1 << 16)
 
-/* All three sums in proportion, the squares below 2^SQUARES_BITS. */
+/* All three sums in proportion, the squares below 2^SQUARES_BITS. They are not negative. */
 static uint32_t shift_to_bits(int64_t squares)
 {
-    uint32_t shift = 0;
-    while (squares >> shift >> SQUARES_BITS != 0) {
-        shift++;
-    }
-    return shift;
+    const uint32_t high = (uint32_t)(squares >> 32);
+    const int32_t bits = 64 - (high != 0u ? __builtin_clz(high) : 32 + __builtin_clz((uint32_t)squares | 1u));
+    return bits > SQUARES_BITS ? (uint32_t)(bits - SQUARES_BITS) : 0u;
 }
 
 struct tone_found tone_find(const struct tone *t)

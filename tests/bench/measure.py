@@ -27,8 +27,9 @@ from rates.builds import OWN_HZ, RATES_HZ, build_of, overrides
 
 MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?\n")
+FAULTS = re.compile(r"(?m)^# faults found ([1-9]\d*)")
 WALL_S = 300.0
-CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
+CURRENT_LOOP_EXCEPTION, SLOW_LOOP_EXCEPTION = 16 + 34, 16 + 14  # FabricIrq0, Timer1
 ENTRY, TAIL_CHAIN, NS_PER_CYCLE = 12, 6, 10  # docs/timing.md
 EXCLUDED_BEFORE_S = 0.45          # start-up and the sensors' zeros, which have a handler of their own
 COLD = "cycles.cold 1"
@@ -220,6 +221,8 @@ def read_table(text):
                 raise LauncherError(f"a line of the benchmark's table cannot be read: {line}")
             row.update(moves=int(words[5]), O2=tuple(map(int, words[7:10])), O3=tuple(map(int, words[11:14])))
         rows[words[0]] = row
+    if faults := FAULTS.search(text):
+        raise LauncherError(f"{faults.group(1)} steps of the slow loop found a fault: they were not in operation")
     count = int(CLOSING.search(text).group(1))
     if count != len(rows) or not rows:
         raise LauncherError(f"the benchmark image printed {len(rows)} rows and says {count}")
@@ -241,7 +244,7 @@ def _row(cycles, instructions):
 
 
 def closed_loop(build, out_dir, seed, settings=(), changed=None):
-    """The two rows of the current loop's interrupt, from the twin's log of a run of the drive."""
+    """The rows of both loops' interrupts, from the twin's log of a run of the drive."""
     return read_irqlog(_drive(build, out_dir, seed, settings, changed, CLOSED_LOOP))
 
 
@@ -273,9 +276,11 @@ def _drive(build, out_dir, seed, settings, changed, scenario):
 
 
 def read_irqlog(path):
-    """Whole interrupts of the current loop, which nothing can preempt; those chained to another's end are shorter."""
+    """Whole interrupts of the current loop, which nothing can preempt; those chained to another's end are shorter. And of the
+    slow loop, without those that preempt it."""
     log = read_recording(path, "log of interrupts")
-    wanted = (log["exception"] == CURRENT_LOOP_EXCEPTION) & (log["chained"] == 0) & (log["t_s"] >= EXCLUDED_BEFORE_S)
+    inside = log["t_s"] >= EXCLUDED_BEFORE_S
+    wanted = (log["exception"] == CURRENT_LOOP_EXCEPTION) & (log["chained"] == 0) & inside
     whole, latency, instructions = (log[name][wanted].astype(int).tolist()
                                     for name in ("cycles", "latency_cycles", "instructions"))
     if not whole:
@@ -284,7 +289,17 @@ def read_irqlog(path):
     return {"current_loop.latency": {"interrupts": len(whole), **_cycles(latency)},
             "current_loop.interrupt": {"interrupts": len(whole), "instructions": counted[1],
                                        "instructions_min": counted[0], "instructions_max": counted[2],
-                                       **_cycles(whole)}}
+                                       **_cycles(whole)},
+            **_slow_loop(log, inside & (log["exception"] == SLOW_LOOP_EXCEPTION))}
+
+
+def _slow_loop(log, wanted):
+    cycles, instructions = (log[name][wanted].astype(int).tolist() for name in ("cycles", "instructions"))
+    if not cycles:
+        return {}
+    counted = _spread(instructions)
+    return {"slow_loop.interrupt": {"interrupts": len(cycles), "instructions": counted[1], "instructions_min": counted[0],
+                                    "instructions_max": counted[2], **_cycles(cycles)}}
 
 
 def read_writes(path, waits):
@@ -311,7 +326,7 @@ def _cycles(values):
 def _meta(build, settings):
     """What the figures hold for. The compiler's own record in the image says how it was called."""
     producers = {}
-    for name, source in (("firmware", "firmware/control/current_loop.c"), ("library", "lib/trig.c"),
+    for name, source in (("firmware", "firmware/system/handlers.c"), ("library", "lib/trig.c"),
                          ("portable_O2", "tests/bench/kernels_o2.c"), ("portable_O3", "tests/bench/kernels_o3.c")):
         producers[name] = producer(build / "bench.elf", source)
     return {"compiler": " ".join(producers["firmware"].split()[:4]),

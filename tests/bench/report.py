@@ -74,6 +74,8 @@ ROWS = {
     "cogging_torque_q15.8": "eight harmonics of the shaft's place",
     "drive_step.position": "state machine in position control, eight harmonics of cogging included",
     "slow_loop.pended": "the whole interrupt in speed control, entry and exit included",
+    "slow_loop.interrupt": "the same in closed loop, without those that preempt it",
+    "slow_loop.interrupt.zero_wait": "likewise, where no memory and no bus waits: what the instructions take",
     "fault_raise.first": "bridge off, cause latched, snapshot",
     "fault_raise.again": "bridge off; a cause is latched already",
     "console.status": "the answer to `status`, up to its last character in the buffer",
@@ -234,7 +236,7 @@ def _library(figures):
 def _others(figures):
     yield from ("## The rest", "", *ENDS_HEAD)
     for name in ROWS:
-        if not name.startswith((*LOOP_ROWS, "rate.")):
+        if name in figures and not name.startswith((*LOOP_ROWS, "rate.")):
             yield _line(f"`{name}`", *_cells(figures[name]), *_ends(figures[name]), ROWS[name])
     yield ""
 

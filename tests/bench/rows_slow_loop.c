@@ -67,6 +67,15 @@ static void set_profile(void)
     position_begin(&m->position, m->profile.position, m->profile.speed);
 }
 
+/* The bridge is on as of now: the fabric gives the next step's proof of life 3.5 ms. */
+static void enable_bridge(void)
+{
+    struct gate_regs *const gate = &axes[0].fabric->gate;
+    gate_disable(gate);
+    (void)gate_clear(gate, GATE_STATUS_LATCHES);
+    (void)gate_enable(gate);
+}
+
 /* A drive in operation at any speed, and what drive_step(&axes[0]) looks at besides. */
 static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int32_t integral_q29)
 {
@@ -87,6 +96,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     supervision_begin(&axes[0]);
     set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
     set_profile();
+    enable_bridge();
 }
 
 /* The voltages that go with the speed: the EMF. Else the flux would be near its limit at any speed. */
@@ -157,7 +167,6 @@ void rows_slow_loop(void)
     found = 0;
     rows_build_tables();
     axes[0].fabric->pwm.CONTROL = 0u; /* at rest: no leg turns on */
-    (void)gate_enable(&axes[0].fabric->gate);
     axes[0].loop.status_max = GATE_STATUS_LIVE;
     nvic_enable(BOARD_IRQ_TICK);
     axes[0].mode = AXIS_MODE_SPEED;

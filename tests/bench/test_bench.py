@@ -26,6 +26,7 @@ def test_table():
     (("O3", "O4"), "cannot be read"),
     (("  9 10", "  9"), "cannot be read"),
     (("one  ", "two  "), "says 2"),
+    (("a remark", "faults found 12"), "12 steps of the slow loop found a fault"),
 ])
 def test_a_damaged_table_is_refused(damage, complaint):
     with pytest.raises(LauncherError, match=complaint):
@@ -43,6 +44,7 @@ def test_log_of_interrupts(tmp_path):
         "interrupts": 3, "instructions": 500, "instructions_min": 500, "instructions_max": 501,
         "cycles_min": 700, "cycles_median": 701, "cycles_max": 702}
     assert found["current_loop.latency"]["cycles_max"] == 602
+    assert found["slow_loop.interrupt"]["cycles_max"] == 99
     log.write_bytes(head + np.array(rows[2], "<f8").tobytes())
     with pytest.raises(LauncherError, match="no interrupt of the current loop"):
         read_irqlog(log)

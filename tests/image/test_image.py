@@ -80,7 +80,7 @@ def test_what_runs_while_the_envm_is_busy_needs_nothing_of_it(image):
 
 
 CACHE_BYTES = 8192  # what drivers/mss/cache.h locks
-TIMED = ("FabricIrq0_IRQHandler", "scoped_tick", "fault_entry", "fault_taken", "postmortem_keep", "current_loop_fault",
+TIMED = ("FabricIrq0_IRQHandler", "scoped_tick", "fault_entry", "fault_taken", "current_loop_fault",
          "drive_sample_fault", "fault_latch", "fault_raise_with", "polar_roots")
 
 
