@@ -138,7 +138,7 @@ static void judge_words(char *line, const struct told *before, const struct axis
         HOLDS(memcmp(&axis, axis_before, sizeof axis) == 0, "'%s' changes nothing", words[0]);
     } else if (!is_one_of(name, " load defaults identify learn ")) {
         const struct param_info *const info =
-            strcmp(name, "set") == 0 && axis.state == AXIS_SWITCH_ON_DISABLED ? set_by(words, &value) : NULL;
+            strcmp(name, "set") == 0 && drive_is_off(axis_before) ? set_by(words, &value) : NULL;
         if (info != NULL) {
             param_set(&wanted.params, info, (int32_t)value);
             see("set");
