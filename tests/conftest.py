@@ -10,11 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-SHORT = ROOT / "tests/short.txt"
-# What plays the image over motors, angles, seeds or rates: of each such test `.ci/run` has the first case, the night has all.
-CAMPAIGNS = tuple(f"tests/{name}" for name in ("bench/", "campaign/test_parts.py", "campaign/test_sample.py", "closed_loop/",
-                                               "explore/", "features/", "guides/", "rates/"))
-WHOLE = ("tests/closed_loop/test_scenarios.py::test_scenario[",)
+SHORT, NIGHT = ROOT / "tests/short.txt", ROOT / "tests/night.txt"
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
 os.environ.setdefault("BUILD", "build")
@@ -93,23 +89,27 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    short = tuple(names(SHORT)) if config.getoption("--short") else ("",)
-    for name in short:
-        if not any(item.nodeid.startswith(name) for item in items):
-            raise pytest.UsageError(f"{SHORT.name} names {name}, and there is no such test")
+    nodes = [item.nodeid for item in items]
+    campaigns, short = set(names(NIGHT, nodes)), tuple(names(SHORT, nodes)) if config.getoption("--short") else ("",)
+    some = config.getoption("--short") or config.getoption("--first")
     kept, left_out, met = [], [], set()
     for item in items:
-        test, _, case = item.nodeid.partition("[")
-        again = case and test in met and test.startswith(CAMPAIGNS) and not item.nodeid.startswith(WHOLE)
-        met.add(test)
-        at_night = (again or item.get_closest_marker("night")) and (config.getoption("--short") or config.getoption("--first"))
+        test = item.nodeid.partition("[")[0]
+        at_night = some and (test in met or item.get_closest_marker("night"))
+        met |= {test} & campaigns
         (left_out if at_night or not item.nodeid.startswith(short) else kept).append(item)
     config.hook.pytest_deselected(items=left_out)
     items[:] = _mixed(kept)
 
 
-def names(path):
-    return [line for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
+def names(path, nodes):
+    """The lines of a list of tests. Each names one, where its file is collected."""
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
+    files = {node.partition("::")[0] for node in nodes}
+    for name in lines:
+        if not any(node.startswith(name) for node in nodes) and (name.partition("::")[0] in files or len(files) > 200):
+            raise pytest.UsageError(f"{path.name} names {name}, and there is no such test")
+    return lines
 
 
 def _mixed(items):

@@ -59,7 +59,7 @@ def test_without_the_formatter_the_rest_runs_and_that_is_said(tmp_path):
 
 @pytest.mark.parametrize("workers, fails, status", [((), "", 0), (("-n", "1"), "", 0), (("-n", "1"), "assert 0", 1)])
 def test_a_session_ends_in_time_and_fails_for_failures_alone(workers, fails, status, tmp_path):
-    for name in ("tests/unit/register_pages.py", "tests/conftest.py"):
+    for name in ("tests/unit/register_pages.py", "tests/conftest.py", "tests/night.txt"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, tmp_path / name)
     (tmp_path / "tests/test_some.py").write_text(
