@@ -46,14 +46,17 @@ enum phase_look {
     PHASE_MISSING,
 };
 
-/* A phase that carries an eighth of what is asked of it is intact. */
-static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15)
+/* A phase that carries an eighth of what is asked of it is intact; one that does not may be clamped. */
+static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15, bool clamped)
 {
     const int32_t size_q15 = q15_abs(asked_q15);
     if (size_q15 < least_q15) {
         return PHASE_SAYS_NOTHING;
     }
-    return q15_abs(measured_q15) >= size_q15 >> 3 ? PHASE_CARRIES : PHASE_MISSING;
+    if (q15_abs(measured_q15) >= size_q15 >> 3) {
+        return PHASE_CARRIES;
+    }
+    return clamped ? PHASE_SAYS_NOTHING : PHASE_MISSING;
 }
 
 /*
@@ -87,19 +90,20 @@ static bool is_held(const struct axis *a)
 }
 
 /*
- * Which phases may carry nothing by dead time alone: in a start the voltage is small, and currents may be regulated along one
- * axis only, or slowly. An open phase has more before long.
+ * In which phases the voltage is so small that dead time alone may hide it: in a start currents may be regulated along one axis
+ * only, or slowly. An open phase has more before long. 0 where the voltages say nothing.
  */
-static void leave_out_clamped(const struct axis *a, const cossin_t *cs, abc_t *asked)
+static abc_t clamped_phases(const struct axis *a, const cossin_t *cs)
 {
+    if (a->state != AXIS_SWITCHED_ON) {
+        return (abc_t){0, 0, 0};
+    }
     const int32_t hidden_q15 = a->loop.vbus_q15 >> (is_held(a) ? HELD_BUS_SHIFT : CLAMPED_BUS_SHIFT);
     int32_t v_d_q15 = a->loop.v_d_q15;
     int32_t v_q_q15 = a->loop.v_q_q15;
     advance_q15(&v_d_q15, &v_q_q15, -a->loop.v_turn_q15);
     const abc_t v = phases_of(v_d_q15, v_q_q15, cs);
-    asked->a = q15_abs(v.a) < hidden_q15 ? 0 : asked->a;
-    asked->b = q15_abs(v.b) < hidden_q15 ? 0 : asked->b;
-    asked->c = q15_abs(v.c) < hidden_q15 ? 0 : asked->c;
+    return (abc_t){q15_abs(v.a) < hidden_q15, q15_abs(v.b) < hidden_q15, q15_abs(v.c) < hidden_q15};
 }
 
 void phase_watch_expect(struct axis *a)
@@ -112,15 +116,13 @@ void phase_watch_step(struct axis *a)
 {
     struct phase_watch *const p = &a->supervision.phases;
     const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
-    abc_t asked = phases_of(p->i_d_ref_q15, p->i_q_ref_q15, &cs);
+    const abc_t asked = phases_of(p->i_d_ref_q15, p->i_q_ref_q15, &cs);
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const int32_t least_q15 = least_that_tells(p, &asked);
-    if (a->state == AXIS_SWITCHED_ON) {
-        leave_out_clamped(a, &cs, &asked);
-    }
-    const enum phase_look of_a = look_at(asked.a, measured.a, least_q15);
-    const enum phase_look of_b = look_at(asked.b, measured.b, least_q15);
-    const enum phase_look of_c = look_at(asked.c, measured.c, least_q15);
+    const abc_t clamped = clamped_phases(a, &cs);
+    const enum phase_look of_a = look_at(asked.a, measured.a, least_q15, clamped.a);
+    const enum phase_look of_b = look_at(asked.b, measured.b, least_q15, clamped.b);
+    const enum phase_look of_c = look_at(asked.c, measured.c, least_q15, clamped.c);
     const bool any_carries = of_a == PHASE_CARRIES || of_b == PHASE_CARRIES || of_c == PHASE_CARRIES;
     const uint32_t shift = is_held(a) ? ALL_SHIFT : weight_shift(p, &asked, &measured, any_carries);
     const bool a_open = open(p, 0, of_a, asked.a, shift);

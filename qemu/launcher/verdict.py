@@ -5,8 +5,8 @@ this plant; or it is wrong.
 The drive names the reason, the plant decides whether it is true: drawn values (SEED, SPREAD), not those that the drive was
 told. A reason that is not in TRUTHS is never true: a limit of the firmware's own numbers is none of the plant. A run whose
 limits fail although the drive says nothing is excused only where the plant lacks the torque that the scenario asks for. One
-whose drive warned of an oscillation may answer the load more slowly, or lose the speed to it, if the shaft leaves the told
-bandwidth no margin.
+whose drive warned of an oscillation may answer load and ramp more slowly, or lose the speed to them, if the shaft leaves the
+told bandwidth no margin.
 """
 import math
 import re
@@ -34,7 +34,8 @@ ANSWER_LSB = 4.0        # firmware/source/injection_start.c: RADIAN_LEAST, by de
 PUSH_SHARE, PUSH_S, PUSH_SEEN = 2 / 3, 0.256, math.radians(24)  # firmware/source/injection_start.c
 WARNED = "warning: oscillation"
 # what less gain makes worse; and the torque's swing before that steps the reference of i_d
-SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load", "i_d error, whole run, largest")
+SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load", "speed error, steady, no load, mean",
+          "speed error, steady, reverse, mean", "i_d error, whole run, largest")
 
 # what a loop cannot help whose current is gone within a PWM period
 OF_CURRENT = ("i_d error", "current distortion", "torque ripple")

@@ -237,6 +237,23 @@ def test_a_motor_that_gets_a_share_of_what_is_asked_has_no_open_phase_for_30_ms(
     assert not m.until_fault(30)
 
 
+@pytest.mark.parametrize("always, found", ((False, "NONE"), (True, "OPEN_PHASE")))
+def test_what_a_start_carries_at_a_small_voltage_counts_though_what_is_missing_there_does_not(motor, c, always, found):
+    """Dead time may hide what is missing at few volts. A reversal has more of them, and its current crosses zero."""
+    m = motor(300, 4.0).step(200)
+    m.axis.state, m.axis.loop.kp_d_q9 = c.AXIS_SWITCHED_ON, 1
+    for look in range(200):
+        reverses = look % 20 == 0
+        m.open_phase = 0 if reverses or always else None
+        m.counts += 2 * m.rpm / 60000 * m.p.encoder_counts
+        m.see()
+        m.axis.loop.v_q_q15, m.axis.loop.v_d_q15 = m.axis.loop.vbus_q15 // (2 if reverses else 40), 0
+        m.axis.loop.v_turn_q15 = 0
+        c.phase_watch_step(m.axis)
+        c.reaction_step(m.axis)
+    assert m.fault == found
+
+
 def test_the_voltage_of_a_suspected_phase_is_no_emf(motor):
     """Counts lost one by one turn the EMF: the encoder's fault, unless a phase may be what turned it."""
     def lose(m):
