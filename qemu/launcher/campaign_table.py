@@ -42,8 +42,8 @@ def load_expected(path=EXPECTED, parse=parse_case):
         raise LauncherError(f"{shown(path)}: {error}") from error
     expected = {}
     for entry in raw.get("cause", []):
-        if set(entry) != {"text", "cases"} or not entry["text"].strip():
-            raise LauncherError(f"{shown(path)}: each [[cause]] has 'text' and 'cases'")
+        if {*entry} - {"border"} != {"text", "cases"} or not entry["text"].strip():
+            raise LauncherError(f"{shown(path)}: each [[cause]] has 'text' and 'cases', and perhaps 'border'")
         for key in entry["cases"]:
             case = parse(key)
             if case in expected:
