@@ -29,6 +29,7 @@ void oscillation_reset(struct oscillation *o)
     o->tone = (struct tone){.squares = 0};
     o->steps = 0;
     o->demand_sum_q15 = 0;
+    o->seen_sum_q12 = 0;
     o->level_q24[0] = 0;
     o->level_q24[1] = 0;
     o->hard_blocks = 0;
@@ -75,6 +76,12 @@ static bool lasts(uint32_t before_q24, uint32_t level_q24)
     return level_q24 > before_q24 - before_q24 / 4u;
 }
 
+/* No answer to a step, which from the few samples that a block has of it may pass for a tone. */
+static bool has_two_sides(const struct oscillation *o)
+{
+    return (int64_t)o->seen_sum_q12 * o->seen_sum_q12 < o->tone.squares;
+}
+
 /*
  * What swings far beyond the limit did so in the block before, too; a step's answer did not. Less may be fading since the last
  * change: it is compared with the block before the last. The first swing is taken as it begins, since at the limit it may fall
@@ -88,7 +95,7 @@ static bool goes_on(const struct oscillation *o, uint32_t level_q24, int32_t i_m
         return o->blocks >= SETTLE_BLOCKS && was_last && lasts(o->level_q24[0], level_q24);
     }
     const bool begins = !was_last || !was_there(o->level_q24[1], level_q24);
-    return o->blocks >= FADE_BLOCKS && (o->answered == 0u || !begins) && lasts(o->level_q24[1], level_q24);
+    return o->blocks >= FADE_BLOCKS && ((o->answered == 0u && has_two_sides(o)) || !begins) && lasts(o->level_q24[1], level_q24);
 }
 
 static bool is_fast_swing(const struct oscillation *o, const struct tone_found *found)
@@ -132,6 +139,7 @@ static enum oscillation_says judge_block(struct oscillation *o, int32_t i_max_q1
     const struct tone_found found = loud ? tone_find(&o->tone) : (struct tone_found){FAST_C_Q13, IMPURE_Q13};
     o->mean_q15 = o->demand_sum_q15 / (int32_t)BLOCK_STEPS;
     o->demand_sum_q15 = 0;
+    o->seen_sum_q12 = 0;
     o->steps = 0;
     o->blocks += o->blocks < FADE_BLOCKS ? 1u : 0u;
     o->level_q24[1] = o->level_q24[0];
@@ -183,6 +191,7 @@ enum oscillation_says oscillation_step(struct oscillation *o, int32_t seen_q12, 
         return listen_to_shaft(o, seen_q12, i_max_q12);
     }
     tone_add(&o->tone, seen_q12);
+    o->seen_sum_q12 += o->tone.before[1]; /* of the samples whose squares there are */
     o->demand_sum_q15 += demand_q15;
     o->steps++;
     return o->steps < BLOCK_STEPS ? OSCILLATION_NOTHING : judge_block(o, i_max_q12);

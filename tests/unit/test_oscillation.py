@@ -70,6 +70,18 @@ def test_the_first_swing_is_taken_as_it_begins(c):
     assert says[-1] == c.OSCILLATION_LET_GO
 
 
+@pytest.mark.parametrize("fades_ms", (3, 4, 5, 8, 12))
+@pytest.mark.parametrize("size", (-0.3, 0.6, 1.0, -1.5))
+def test_the_answer_to_a_step_is_no_swing_as_it_begins(c, size, fades_ms):
+    """Wherever in a block: a master's first set-point, by parts of i_max, with an undershoot of a quarter."""
+    for begins in range(16):
+        o, i_max_q15 = c.oscillation(), 16000
+        c.oscillation_init(o)
+        fade = [math.exp(-ms / fades_ms) - 0.25 * (ms / fades_ms) * math.exp(-ms / fades_ms / 2) for ms in range(64)]
+        says = [c.oscillation_step(o, round(size * i_max_q15 / 8 * seen), 0, i_max_q15) for seen in [0] * (80 + begins) + fade]
+        assert set(says) == {c.OSCILLATION_NOTHING}, begins
+
+
 @pytest.mark.parametrize("hz", (101, 150, 280, 400, 490))
 def test_a_notch_takes_its_frequency_and_leaves_what_rests(c, hz):
     n = c.notch()
