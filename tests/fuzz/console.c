@@ -52,8 +52,8 @@ static void begin(bool on)
 }
 
 /*
- * Character by character: the answer to each has an end. They stand in host_said, with a 0 behind them; the first ones not, where
- * a hundred keys have each listed all parameters.
+ * Character by character: the answer to each has an end. They stand in host_said, with a 0 behind them; the first ones not,
+ * where a hundred keys have each listed all parameters.
  */
 static void type(const void *line, size_t count)
 {
