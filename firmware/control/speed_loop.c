@@ -265,7 +265,7 @@ static int32_t wanted_of(struct speed_loop *s, const struct tuning *t, int32_t e
     if (!s->oscillation.listens) {
         const int32_t now_q29 =
             answer_q29(s, error_q15, s->kp_q16) + (moved_q16 != 0 ? feedforward_q29(s, t, moved_q16) : 0);
-        wanted_q29 = scale_clamp((int64_t)wanted_q29 + now_q29, INT32_MIN, INT32_MAX);
+        wanted_q29 += q15_clamp(now_q29, INT32_MIN - q15_min(wanted_q29, 0), INT32_MAX - q15_max(wanted_q29, 0));
     }
     return s->notch.on ? notch_step(&s->notch, wanted_q29) : wanted_q29;
 }
