@@ -254,17 +254,23 @@ static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int3
     follow_oscillation(s, t, oscillation_step(&s->oscillation, seen_q12, s->demand_q15, t->i_max_q15), moved_q16);
 }
 
-/* Proportional part, integral and feed-forward; or the integral alone while the loop has let go. */
+/*
+ * Proportional part, integral and feed-forward; or the integral alone while the loop has let go. Of the range, in this order,
+ * up to 2.0, 2.0 (it was handed over, or is a mean without the feed-forward of a ramp that now turns) and 1.0: their sum can
+ * be beyond 32 bits, where it would ask for the other direction.
+ */
 static int32_t wanted_of(struct speed_loop *s, const struct tuning *t, int32_t error_q15, int32_t moved_q16)
 {
     int32_t wanted_q29 = s->integral_q29;
     if (!s->oscillation.listens) {
-        wanted_q29 += answer_q29(s, error_q15, s->kp_q16) + (moved_q16 != 0 ? feedforward_q29(s, t, moved_q16) : 0);
+        const int32_t now_q29 =
+            answer_q29(s, error_q15, s->kp_q16) + (moved_q16 != 0 ? feedforward_q29(s, t, moved_q16) : 0);
+        wanted_q29 += q15_clamp(now_q29, INT32_MIN - q15_min(wanted_q29, 0), INT32_MAX - q15_max(wanted_q29, 0));
     }
     return s->notch.on ? notch_step(&s->notch, wanted_q29) : wanted_q29;
 }
 
-/* In Q29 a torque has 14 bits beyond Q15: a response of +-2.0, feed-forward of +-1.0 and a smaller integral sum fit 32 bits. */
+/* In Q29 a torque has 14 bits beyond Q15. */
 static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
 {
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;

@@ -37,6 +37,7 @@ void modes_enter(struct axis *a, enum axis_mode mode)
     if (modes_table[mode]->enter != NULL) {
         modes_table[mode]->enter(a);
     }
+    a->sensorless.ref_rpm_q16 = a->speed.ref_rpm_q16; /* what another mode left is no step of the ramp */
     a->mode = mode;
 }
 

@@ -31,7 +31,7 @@ struct outcome tuning_torque(const struct params *p, struct tuning *t)
         return tuning_instead(ERROR_CURRENT_GAIN, mtpa_lq_uh(p) > mtpa_ld_uh(p) ? mtpa_lq_uh(p) : mtpa_ld_uh(p),
                               EMF_MOST - 1, emf_q11);
     }
-    t->torque_emf_q11 = (int32_t)emf_q11;
+    t->torque_emf_q11 = q15_max((int32_t)emf_q11, 1); /* a weak magnet's may be below one LSB, and divides */
     t->bus_energy_q10 = scale_clamp(energy, 0, LARGEST);
     const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * TUNING_BUS_SET_PERCENT / 100;
     t->bus_set_energy_q25 = ((set_q15 * set_q15) >> 15) * t->bus_energy_q10;

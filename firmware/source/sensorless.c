@@ -272,10 +272,10 @@ static void field_takes_over(struct axis *a)
 static void follow_ramp(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
-    const int32_t moved_q16 = a->speed.ref_rpm_q16 - s->ref_rpm_q16;
+    const int64_t moved_q16 = (int64_t)a->speed.ref_rpm_q16 - s->ref_rpm_q16;
     s->ref_rpm_q16 = a->speed.ref_rpm_q16;
     if (a->mode == AXIS_MODE_SPEED && !a->speed.at_limit && moved_q16 != 0) {
-        cpu_add(&a->loop.pll.speed_q32, (int32_t)(((int64_t)moved_q16 * a->tuning.field.speed_per_rpm_q12) >> 12));
+        cpu_add(&a->loop.pll.speed_q32, (int32_t)((moved_q16 * a->tuning.field.speed_per_rpm_q12) >> 12));
     }
 }
 

@@ -144,12 +144,16 @@ static void judge_answer(const struct can_frame *f, bool changed)
           "the answer is of the request's kind");
 }
 
-static void judge_layer(struct all before, struct all after)
+/* While it stores, the time of process data and of a heartbeat comes: whoever operates goes on. */
+static void judge_layer(struct all before, struct all after, bool at_once)
 {
-    HOLDS(host_can_heards <= 1u, "layer setting has one answer at most");
-    HOLDS(host_can_heards == 0u || host_can_heard[0].id == LSS_SAYS ||
-              (host_can_heard[0].id >= HEARTBEAT && host_can_heard[0].count == 1u && host_can_heard[0].data[0] == 0u),
-          "it is an answer, or a node boots");
+    uint32_t answers = 0;
+    for (uint32_t n = 0; n < host_can_heards; n++) {
+        const struct can_frame *const f = &host_can_heard[n];
+        answers += f->id == LSS_SAYS || (f->id == HEARTBEAT + canopen.node && f->count == 1u && f->data[0] == 0u);
+    }
+    HOLDS(answers <= 1u, "layer setting has one answer at most, or a node boots");
+    HOLDS(!at_once || answers == host_can_heards, "it says nothing else");
     if (axis.state == AXIS_SWITCH_ON_DISABLED) {
         before.rest.params.can_node = after.rest.params.can_node;
         before.rest.params.can_kbit = after.rest.params.can_kbit;
@@ -162,6 +166,7 @@ static void hear(const struct can_frame *f)
     bool whole = true;
     const enum kind meant = meant_as(f, &whole);
     const struct all before = all();
+    const uint32_t before_ms = axis.time_ms;
     host_can_said[0] = *f;
     host_can_saids = 1;
     host_can_taken = host_can_heards = 0;
@@ -171,7 +176,7 @@ static void hear(const struct can_frame *f)
         judge_answer(f, differ(before, after));
     } else if (meant == LAYER) {
         see("layer");
-        judge_layer(before, after);
+        judge_layer(before, after, axis.time_ms == before_ms);
     } else if (meant == PROCESS) {
         see(whole ? "process" : "short");
         HOLDS(whole || !differ(before, after), "of less than is mapped nothing is taken");

@@ -80,8 +80,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t count)
 {
     struct input in = {data, data + count};
     const bool right = (next_byte(&in) & RIGHT) != 0u;
-    const size_t left = (size_t)(in.end - in.at);
     begin_drive(false);
+    const size_t room = slots.slot_bytes - (right ? ENVM_PAGE_BYTES : 0u), all = (size_t)(in.end - in.at);
+    const size_t left = all < room ? all : room;
     memset((uint8_t *)(uintptr_t)slots.memory, 0, SLOTS * slots.slot_bytes);
     store(right ? in.at : NULL, right ? left : 0u);
     if (!right) {

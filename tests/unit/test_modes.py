@@ -21,6 +21,22 @@ def test_without_an_encoder_there_is_no_position(c, mode):
     assert w.learn() == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
 
 
+@pytest.mark.parametrize("mode", ("TORQUE", "CYCLIC_TORQUE", "CYCLIC_SPEED"))
+def test_the_observer_is_told_no_step_that_another_mode_made(c, mode):
+    """It is sped up by what the ramp moves: not by the 2000 rpm that the motor gained in control of torque."""
+    w = Drive(c, mode)
+    w.axis.tuning.angle_source = 1
+    w.axis.loop.field_follows = 1
+    for rpm_q16, speed in ((1000 << 16, w.axis.sensorless), (3000 << 16, w.axis.speed)):
+        speed.ref_rpm_q16 = rpm_q16
+    w.axis.speed.estimate.speed_rpm_q15 = 3000 << 15
+    c.modes_enter(w.axis, c.AXIS_MODE_SPEED)
+    w.axis.speed.target_rpm_q16 = w.axis.speed.ref_rpm_q16
+    before = w.axis.loop.pll.speed_q32
+    c.sensorless_after_control(w.axis)
+    assert w.axis.loop.pll.speed_q32 == before and w.axis.sensorless.ref_rpm_q16 == 3000 << 16
+
+
 @pytest.mark.parametrize("state, mode, request_name, fault", itertools.product(STATES, MODES, REQUESTS, (False, True)))
 def test_every_request(c, state, mode, request_name, fault):
     """In operation it brings its mode about; else it is refused, and nothing has changed, to the byte. A fault ends all."""

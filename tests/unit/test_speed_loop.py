@@ -208,3 +208,13 @@ def test_the_feed_forward_is_no_more_than_the_range(c, way, beyond):
     tuning.speed_accel_q8 //= round(2 * beyond)
     assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(low=-32768, high=32768)) == pytest.approx(
         way * 32768 * beyond / round(2 * beyond), abs=1)
+
+
+@pytest.mark.parametrize("way", (1, -1))
+def test_a_sum_beyond_the_word_keeps_its_direction(c, way):
+    """The integral twice the range, the response twice, the feed-forward once: all one way."""
+    speed, tuning = made(c, speed_bw_hz=60)
+    show(speed, seen(-way * 20000))
+    c.speed_loop_reset(speed, way * 65534)
+    wanted = c.speed_loop_follow(speed, tuning, way * 20000 * 65536, way * 2**30, c.interval(low=-14805, high=14805))
+    assert wanted == (2**31 - 1 if way > 0 else -2**31) >> 14

@@ -344,6 +344,13 @@ def test_torque_and_start_of_the_motors(c, motor, changes):
         check_way(tuning, p, tuning.align[0].period_ms)
 
 
+def test_the_emf_of_a_weak_magnet_can_be_divided_by(c):
+    """10 uWb beside a sensor of 413 V are less than half an LSB, and no reason to refuse them."""
+    volts = {"v_range_mv": 413270, "v_max_mv": 400000, "v_min_mv": 120000}
+    error, _, tuning = compute(c, {**shipped(), **volts, "flux_uwb": 10, "angle_source": 1})
+    assert (error, tuning.torque_emf_q11) == ("ERROR_NONE", 1)
+
+
 def test_thousandths_to_units_and_back(c):
     for milli, range_milli, q15 in ((0, 1000, 0), (1000, 1000, 32768), (-1000, 1000, -32768), (1, 65536, 1), (-1, 65536, -1),
                                     (1, 65537, 0), (4000, 1000, 131072), (-333, 1000, -10912), (333, 1000, 10912)):
