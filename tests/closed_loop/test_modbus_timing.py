@@ -108,7 +108,7 @@ def test_the_current_loop_does_not_notice(polled):
     assert busy["cycles"].max() <= quiet["cycles"].max()
     late = busy["start_pwm_ns"].max() - quiet["start_pwm_ns"].max()
     print(f"largest start {busy['start_pwm_ns'].max():.0f} ns with the bus, {quiet['start_pwm_ns'].max():.0f} without")
-    assert late <= 150, "ns: a few cycles, until an instruction that cannot be interrupted is over"
+    assert late <= 200, "ns: until an instruction that cannot be interrupted is over, its words from the flash included"
     assert set(result.trace["fault"]) == {0}
 
 

@@ -10,9 +10,10 @@ from launcher import simulate
 from launcher.drive import load_drive
 
 MOST_SHARE = 0.2
-OFF_S, CHANGE_S, AGAIN_S, SPEED_S = 0.5, 0.6, 0.7, 1.3
+PACE_S = 0.032  # `on` takes effect so many times behind the line, with what it works out once more or less
+OFF_S, CHANGE_S, AGAIN_S, SPEED_S = 0.5, 0.6, 0.7, 1.3 + 2 * PACE_S
 SIZE_DEG = 12
-RIGHT_S, RIGHT_SWINGS = 0.25, 5  # of a heavy rotor about i_max_ma: docs/faults.md
+RIGHT_S, RIGHT_SWINGS = 0.25 + PACE_S, 5  # of a heavy rotor about i_max_ma: docs/faults.md
 NAMED_SWINGS = 8  # seven pushes of 9/16 and rests of 1/16, half a one to the second place, and what a rest takes longer
 
 
@@ -37,7 +38,7 @@ def swing_s(motor):
 
 def speed_s(motor):
     """When the speed is asked for: a wrong offset is named by then."""
-    return max(SPEED_S, AGAIN_S + 0.2 + NAMED_SWINGS * swing_s(motor))
+    return max(SPEED_S, AGAIN_S + 0.2 + PACE_S + NAMED_SWINGS * swing_s(motor))
 
 
 def play(tmp_path, motor, changes, more=(), end_s=None, first=(), **how):
