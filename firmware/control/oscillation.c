@@ -95,7 +95,8 @@ static bool goes_on(const struct oscillation *o, uint32_t level_q24, int32_t i_m
         return o->blocks >= SETTLE_BLOCKS && was_last && lasts(o->level_q24[0], level_q24);
     }
     const bool begins = !was_last || !was_there(o->level_q24[1], level_q24);
-    return o->blocks >= FADE_BLOCKS && ((o->answered == 0u && has_two_sides(o)) || !begins) && lasts(o->level_q24[1], level_q24);
+    return o->blocks >= FADE_BLOCKS && ((o->answered == 0u && has_two_sides(o)) || !begins) &&
+           lasts(o->level_q24[1], level_q24);
 }
 
 static bool is_fast_swing(const struct oscillation *o, const struct tone_found *found)

@@ -4,9 +4,10 @@
  *
  * Seen is the proportional part of the torque demand, in blocks of 16 ms: a tone above OSCILLATION_HZ, well above what the loop
  * is to follow, of more than a quarter of i_max, that does not fade. It was there in the block before, if it meets the torque
- * limit; in two, if it is not the first, or lies to one side as a step's answer does. A ramp and a reversal are no tone of such a frequency; the answer to a step, or a
- * light rotor's to the end of a ramp, is over in a block or two; cogging and ripple are below a tenth of i_max, and half an
- * edge a millisecond below edge_q12. What swings faster than 500 Hz is seen folded below it, and acts there.
+ * limit; in two, if it is not the first, or lies to one side as a step's answer does. A ramp and a reversal are no tone of such
+ * a frequency; the answer to a step, or a light rotor's to the end of a ramp, is over in a block or two; cogging and ripple
+ * are below a tenth of i_max, and half an edge
+ * a millisecond below edge_q12. What swings faster than 500 Hz is seen folded below it, and acts there.
  *
  * A swing that has met the torque limit may be no tone any more: what the limit leaves of it beats with the samples. So what
  * swings that far, that fast, for HARD_BLOCKS needs no purity, where edges of the encoder cannot be what is seen.
@@ -50,12 +51,12 @@ struct oscillation {
     int32_t edge_q12;   /* the proportional part of half an edge a millisecond */
     bool light;         /* it does not ring at all: its inertia is less than was told */
     struct tone tone;
-    uint32_t steps;        /* of the block, or since it listens */
-    uint32_t blocks;       /* since the gains last changed */
-    uint32_t hard_blocks;  /* in a row, of a swing near the torque limit */
-    uint32_t level_q24[2]; /* mean squares of the last blocks, latest first */
+    uint32_t steps;                       /* of the block, or since it listens */
+    uint32_t blocks;                      /* since the gains last changed */
+    uint32_t hard_blocks;                 /* in a row, of a swing near the torque limit */
+    uint32_t level_q24[2];                /* mean squares of the last blocks, latest first */
     int32_t demand_sum_q15, seen_sum_q12; /* of the block so far */
-    int32_t mean_q15; /* demand, over the last whole block */
+    int32_t mean_q15;                     /* demand, over the last whole block */
     bool listens;
     int32_t seen_q12; /* the last, while it listens */
 };

@@ -206,7 +206,7 @@ def test_the_index_is_back_and_the_drive_need_not_align(tmp_path):
     state, t_s = second.trace["state"], second.trace["t_s"]
     on = t_s[np.flatnonzero(state == code_of(second.enums["state"], "SWITCHED_ON"))[0]]
     running = t_s[np.flatnonzero(state == code_of(second.enums["state"], "OPERATION_ENABLED"))[0]]
-    assert running - on < 0.45, "the sensors' zeros take 0.13 s, a look at the rotor as long, up to 0.032 the pace; an alignment would take a second"
+    assert running - on < 0.45, "zeros 0.13 s, a look at the rotor as long, the pace 0.032; an alignment takes a second"
     rows = t_s > 0.8
     pole_pairs = second.drive.motor["electrical"]["pole_pairs"]
     off = np.angle(np.exp(1j * (second.trace["angle_fw_rad"][rows] - pole_pairs * second.trace["theta_mech_rad"][rows])))
