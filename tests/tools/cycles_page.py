@@ -34,8 +34,8 @@ def line(*cells):
 
 
 def symbol(image, row):
-    """The function that a row of `make bench` calls, or None: the kernels have one around them."""
-    return next((image.functions[name] for name in (row, f"shipped_{row}") if name in image.functions), None)
+    """The function that a row of `make bench` calls, or None: of a kernel the one around it, no copy that the drive has."""
+    return next((image.functions[name] for name in (f"shipped_{row}", row) if name in image.functions), None)
 
 
 def kernel_rows(image, figures):
