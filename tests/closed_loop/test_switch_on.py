@@ -154,12 +154,12 @@ def test_a_latch_is_found_while_the_bridge_is_off(tmp_path):
 
 def test_an_encoder_that_was_cut_while_the_bridge_was_off_is_a_fault_of_the_next_switching_on(tmp_path):
     """The gates open 0.13 s after `on`; an alignment takes 1.6 s more, an aligned drive is ready at once."""
-    cut = events(2.05, [("encoder_cut", ["1"])]) + events(2.06, [("encoder_cut", ["0"])])
-    result = play(tmp_path, 4.4, typed((ON_S, "on"), (2.02, "off"), (2.1, "on"), (2.3, "clear"), (2.32, "on")), cut)
+    cut = events(2.15, [("encoder_cut", ["1"])]) + events(2.16, [("encoder_cut", ["0"])])
+    result = play(tmp_path, 4.5, typed((ON_S, "on"), (2.12, "off"), (2.2, "on"), (2.4, "clear"), (2.42, "on")), cut)
     assert faults(result) == ["FAULT_ENCODER"] and "error" not in result.console
-    assert state_at(result, 2.28) == "AXIS_FAULT"
-    assert state_at(result, 2.6) == "AXIS_SWITCHED_ON", "it does not align anew"
-    assert state_at(result, 4.39) == "AXIS_OPERATION_ENABLED"
+    assert state_at(result, 2.38) == "AXIS_FAULT"
+    assert state_at(result, 2.7) == "AXIS_SWITCHED_ON", "it does not align anew"
+    assert state_at(result, 4.49) == "AXIS_OPERATION_ENABLED"
 
 
 def test_conversions_that_end_are_missed_within_two_steps_of_the_slow_loop(tmp_path):
