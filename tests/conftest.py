@@ -103,11 +103,10 @@ def pytest_collection_modifyitems(config, items):
 
 
 def names(path, nodes):
-    """The lines of a list of tests. Each names one, where its file is collected."""
+    """The lines of a list of tests. Each names one, where all are collected."""
     lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
-    files = {node.partition("::")[0] for node in nodes}
-    for name in lines:
-        if not any(node.startswith(name) for node in nodes) and (name.partition("::")[0] in files or len(files) > 200):
+    for name in lines if len({node.partition("::")[0] for node in nodes}) > 200 else ():
+        if not any(node.startswith(name) for node in nodes):
             raise pytest.UsageError(f"{path.name} names {name}, and there is no such test")
     return lines
 
