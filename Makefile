@@ -29,8 +29,8 @@ endif
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
-    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL UNTIL N FILES RUNGS \
-    BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
+    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL UNTIL N FILES BY RUNGS \
+    BUDGET BUGS REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
 ifneq ($(UNKNOWN),)
@@ -112,7 +112,7 @@ HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(c
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
-include tests/tools/bounds.mk
+include linker/bounds.mk drivers/fabric/registers.mk
 
 all: | tools-image
 all: $(addprefix $(MSSFOC_IMAGE),.elf .hex .bin -envm.hex) $(BUILD)/libmssfoc.a
@@ -142,7 +142,7 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # Bytes count, not cycles, except in what interrupts run each time. GCC knows no pipeline of the Cortex-M3, and that of the M4
 # pairs loads as the M3's does; renamed registers let it move them together. That pays for what is in the locked cache
 # (m2s010.ld). What the slow loop runs from the eNVM waits for words of code, and renamed registers need longer instructions.
-CACHED = $(addprefix system/,handlers axes) $(addprefix drive/,failover sample_fault) control/current_loop_frame \
+CACHED = $(addprefix system/,handlers axes) drive/failover control/current_loop_frame \
     $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
 STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque flux_limit \
     weakening emf oscillation profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch speed_watch \
@@ -161,16 +161,22 @@ $(BUILD)/arm/firmware/operate/commands_session.o: $(BUILD)/commit.h
 $(BUILD)/arm/drivers/fabric/contract.o: CFLAGS_ARM += -I$(BUILD)/fabric
 $(BUILD)/arm/drivers/fabric/contract.o: $(BUILD)/fabric/contract3.h
 
-# the data sheet of a device with one motor, and with two, packed for its image
-EDS_FROM = $(addprefix tests/tools/,eds.py eds_packed.py modbus_page.py param_rows.py pages.py) firmware/settings/config.h \
-    firmware/settings/params.h firmware/fault/fault.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
-$(BUILD)/eds/%/data_sheet_text.h: $(EDS_FROM)
+# the data sheet of a device with one motor, and with two, and the console's longer texts, packed for its image
+PACKED_FROM = $(wildcard firmware/tables/*.py) firmware/settings/config.h firmware/settings/errors.h \
+    firmware/settings/params.h firmware/fault/faults.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
+$(BUILD)/packed/%/data_sheet_text.h: $(PACKED_FROM)
 	@mkdir -p $(@D)
 	$(call say,EDS)
-	$(Q)$(PYTHON) tests/tools/eds_packed.py $@ $*
+	$(Q)$(PYTHON) firmware/tables/eds_packed.py $@ $*
 
-$(BUILD)/arm/firmware/operate/data_sheet.o: CFLAGS_ARM += -I$(BUILD)/eds/$(AXES)
-$(BUILD)/arm/firmware/operate/data_sheet.o: $(BUILD)/eds/$(AXES)/data_sheet_text.h
+$(BUILD)/packed/%/message_texts.h: $(PACKED_FROM) $(BUILD)/choices
+	@mkdir -p $(@D)
+	$(call say,TEXTS)
+	$(Q)$(PYTHON) firmware/tables/messages_packed.py $@ $(FEATURES)
+
+$(addprefix $(BUILD)/arm/firmware/operate/,data_sheet.o messages.o): CFLAGS_ARM += -I$(BUILD)/packed/$(AXES)
+$(BUILD)/arm/firmware/operate/data_sheet.o: $(BUILD)/packed/$(AXES)/data_sheet_text.h
+$(BUILD)/arm/firmware/operate/messages.o: $(BUILD)/packed/$(AXES)/message_texts.h
 
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	@rm -f $@
@@ -212,8 +218,8 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 
 target-tests: $(TARGET_TESTS)
 
-include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/fuzz/fuzz.mk tests/explore/explore.mk
-include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk tests/bringup/bringup.mk
+-include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/fuzz/fuzz.mk tests/explore/explore.mk tests/swarm/swarm.mk
+-include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk tests/bringup/bringup.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck $(BUILD)/qemu/replay $(BUILD)/qemu/canbus)
 
@@ -231,7 +237,7 @@ everything: all twin target-tests registers lockstep axis
 ALONE = @sh .ci/alone $(BUILD)
 # What a long command says first: its time on two cores, and what it leaves. README has that of the tests from here (.ci/bare).
 says = @echo 'mssfoc: make $@: $(LASTS)'
-test: LASTS = about 10 minutes; ALL=1, as CI has it, takes 25, ALL=2 plays everything
+test: LASTS = about 6 minutes; ALL=1, as CI has it, takes 40, ALL=2 plays everything
 coverage: LASTS = some minutes: tests/unit, counted
 guides: LASTS = some 7 minutes: every command in the guides
 results: LASTS = about 3 minutes: every motor, every fault; writes docs/results.md and README.md
@@ -321,7 +327,7 @@ client: tools-run
 
 eds: tools-run
 	@mkdir -p $(BUILD)
-	@$(PYTHON) tests/tools/eds.py $(BUILD)/mssfoc.eds $(AXES)
+	@$(PYTHON) firmware/tables/eds.py $(BUILD)/mssfoc.eds $(AXES)
 	@echo 'written: $(BUILD)/mssfoc.eds'
 
 dist: tools-dist
@@ -390,9 +396,10 @@ more tests
   make coverage                lines and branches of the firmware that no unit test enters
   make prove                   every kernel and the interrupt, as assembled, for all inputs, by a solver
   make explore                 every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it
+  make swarm                   masters, faults, power cuts by lot, on the drive's own code; what is wrong, shrunk   [N=count SEED=text BUGS=1]
   make fabric                  the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels
   make guides                  what docs/guides tell the reader to type: all of it runs, and the drive answers so
-  make mutants                 mistakes put into drive and plant: what share is noticed [N=count SEED=text FILES="globs" PART=k/n JOBS=n RUNGS="names"]
+  make mutants                 mistakes put into drive and plant: what share is noticed [N=count SEED=text FILES="globs" BY=file PART=k/n JOBS=n RUNGS="names"]
   make bringup WRONG=name      a device made otherwise, of qemu/chips/wrong.toml
   make lint                    formatting, warnings, layers
 figures

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 
+ROOT = Path(__file__).resolve().parents[2]
 # from the ground up; a room uses itself and what stands before it
 ROOMS = ("axis", "settings", "control", "fault", "commission", "source", "monitor", "drive", "scope", "system", "operate", "")
 
@@ -76,7 +77,10 @@ def findings(objects):
 
 
 def objects_in(folder):
-    return {str(path.relative_to(folder).with_suffix("")): symbols(path) for path in sorted(folder.rglob("*.o"))}
+    """Those that have a source: a folder keeps what it built before a file was moved."""
+    names = {path: path.relative_to(folder).with_suffix("") for path in sorted(folder.rglob("*.o"))}
+    there = {path: name for path, name in names.items() if list((ROOT / "firmware" / name.parent).glob(f"{name.name}.[cS]"))}
+    return {str(name): symbols(path) for path, name in there.items()}
 
 
 def main():

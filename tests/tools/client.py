@@ -10,12 +10,13 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "tools"))
+sys.path[:0] = [str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 
+from cause_rows import faults, refusals  # noqa: E402
 from eds import AXIS  # noqa: E402
-from modbus_page import PARAMS, REACTIONS, objects, reactions  # noqa: E402
+from object_rows import PARAMS, REACTIONS, objects, reactions  # noqa: E402
 from param_rows import param_rows, texts  # noqa: E402
-from reference_page import fault_texts, numbers, refusal_texts, unit_of  # noqa: E402
+from reference_page import unit_of  # noqa: E402
 
 CLIENT = ROOT / "qemu" / "client"
 LIST = "mssfoc/registers.csv"
@@ -38,14 +39,10 @@ def rows():
                initial, ", ".join(choices))
     yield ("axis", 2, "", "", f"0x{AXIS:04X}", *[""] * 8,
            "of a drive with two axes: objects from 0x2000 on stand so much further; the same registers under the next address")
-    said = fault_texts()
-    for name, (number, remark) in numbers("fault/fault.h").items():
-        if number:
-            yield "fault", number, *[""] * 4, said[name][0], *[""] * 6, remark
-    said = refusal_texts()
-    for name, (number, remark) in numbers("settings/error.h").items():
-        if number:
-            yield "refusal", number, *[""] * 4, said[name], *[""] * 6, remark
+    for row in faults(ROOT).values():
+        yield "fault", row.number, *[""] * 4, row.text, *[""] * 6, row.what
+    for row in refusals(ROOT).values():
+        yield "refusal", row.number, *[""] * 4, row.text, *[""] * 6, row.helps
 
 
 def register_list():

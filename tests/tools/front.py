@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests" / "tools")]
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 
 from launcher.data import INVERTERS, MOTORS, available, read_toml  # noqa: E402
 from launcher.rules import LARGEST_HZ  # noqa: E402

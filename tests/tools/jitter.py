@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-if str(ROOT / "qemu") not in sys.path:
-    sys.path.insert(0, str(ROOT / "qemu"))
+sys.path += [str(ROOT / "qemu"), str(ROOT / "linker/bounds")]
 
 from disasm import Image, ImageError  # noqa: E402
 

@@ -3,27 +3,18 @@
 
 usage: modbus_page.py [--session]      writes the tables; with --session plays the session on a running drive as well
 """
-import re
 import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "tools")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("qemu", "tests", "tests/tools", "firmware/tables", "linker/bounds")]
 
+from object_rows import PARAMS, REACTIONS, objects, reactions  # noqa: E402
 from pages import replace_block  # noqa: E402
 from param_rows import param_rows, texts  # noqa: E402
 
 PAGE = ROOT / "docs" / "modbus.md"
-OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)",')
-REACTIONS, PARAMS = 0x0400, 0x1000
-CHOICES = ("OFF", "STOP", "WARN", "CARRY")
-
-
-def objects(source=ROOT):
-    """[(register, index, type, access, name, unit, what)] of the firmware's table."""
-    text = (source / "firmware/operate/objects.h").read_text(encoding="utf-8")
-    return [(int(at, 16), int(index, 16), *rest) for at, index, *rest in OBJECT.findall(text)]
 
 
 def registers(at, count):
@@ -44,18 +35,6 @@ def parameter_table(source=ROOT):
     for number, (name, (least, most, initial)) in enumerate(param_rows(source).items()):
         lines.append(f"| {registers(PARAMS + 2 * number, 2)} | `{name}` | {least} | {most} | {initial} | {what[name]} |")
     return "\n".join(lines) + "\n"
-
-
-def reactions(source=ROOT):
-    """(number, fault, choices, initial) of those that leave a choice: the others take 0 alone."""
-    names = re.findall(r"^    (FAULT_\w+)", (source / "firmware/fault/fault.h").read_text(encoding="utf-8"), re.M)
-    rows = re.findall(r"\[(FAULT_\w+)\] = \{([A-Z |]+), REACTION_(\w+),", (source / "firmware/fault/fault_class.c").read_text(
-        encoding="utf-8"))
-    for name, allowed, initial in sorted(rows, key=lambda row: names.index(row[0])):
-        words = [word.replace("SLOWER", "CARRY") for word in allowed.split(" | ")]
-        choices = [f"{CHOICES.index(word)} {word.lower()}" for word in words]
-        if len(choices) > 1:
-            yield (names.index(name), name.removeprefix("FAULT_").lower().replace("_", " "), choices, CHOICES.index(initial))
 
 
 def reaction_table(source=ROOT):

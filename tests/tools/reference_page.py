@@ -8,48 +8,18 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests" / "tools")]
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 
+from cause_rows import STRING, faults, refusals  # noqa: E402
 from pages import replace_block  # noqa: E402
 from param_rows import param_rows, remarks, texts  # noqa: E402
 from scope.words import GROUP_OF, GROUPS, OTHERS  # noqa: E402
 
 PAGE = ROOT / "docs" / "reference.md"
-STRING = r'"((?:[^"\\]|\\.)*)"'
-NUMBERED = re.compile(r"^    (?:ERROR|FAULT)_(\w+) = (\d+),(?: +/\* (.*?) \*/)?$", re.M)
 
 
 def source(path):
     return (ROOT / "firmware" / path).read_text(encoding="utf-8")
-
-
-def joined(text):
-    """What a compiler makes of adjacent strings."""
-    return re.sub(r'"\s*"', "", text)
-
-
-def numbers(path):
-    """{name: (number, remark)} of an enum."""
-    return {name: (int(number), remark) for name, number, remark in NUMBERED.findall(source(path))}
-
-
-def block(name):
-    """The body of a table in messages.c."""
-    return joined(re.search(rf"{name}\[\w+\] = \{{(.*?)^\}};", source("operate/messages.c"), re.M | re.S)[1])
-
-
-def refusal_texts():
-    return dict(re.findall(rf"\[ERROR_(\w+)\] =\s*(?:OF\(\s*\w+,\s*)?{STRING}", block("error_texts")))
-
-
-def fault_texts():
-    """{name: [name for people, hint, detail or ""]}"""
-    rows = re.findall(rf"\[FAULT_(\w+)\] =\s*\{{\s*{STRING},\s*{STRING}(?:,\s*{STRING})?\s*\}}", block("fault_texts"))
-    return {name: words for name, *words in rows}
-
-
-def codes():
-    return dict(re.findall(r"\[FAULT_(\w+)\] = (0x\w+),", source("operate/cia402_codes.c")))
 
 
 def units():
@@ -67,7 +37,7 @@ def cell(text):
 
 
 def filled(text):
-    return cell(text.replace("@", "N").replace("#", "M").replace("$", "a feature"))
+    return cell(text.replace("@", "N").replace("#", "M").replace("$", "a feature").replace("&", "a line"))
 
 
 def parameter_table():
@@ -88,21 +58,17 @@ def parameter_table():
 
 
 def fault_table():
-    said, code = fault_texts(), codes()
     lines = ["| number | `fault` says | code | what it is | look at | found |", "|---|---|---|---|---|---|"]
-    for name, (number, remark) in numbers("fault/fault.h").items():
-        if number:
-            title, hint, detail = said[name]
-            lines.append(f"| {number} | {title} | {code[name]} | {cell(remark)} | {filled(hint)} | {filled(detail)} |")
+    for row in faults().values():
+        cells = (row.number, row.text, row.code, cell(row.what), filled(row.hint), filled(row.details))
+        lines.append(f"| {' | '.join(map(str, cells))} |")
     return "\n".join(lines) + "\n"
 
 
 def refusal_table():
-    said = refusal_texts()
     lines = ["| number | `error:` | what helps |", "|---|---|---|"]
-    for name, (number, remark) in numbers("settings/error.h").items():
-        if number:
-            lines.append(f"| {number} | {filled(said[name])} | {cell(remark)} |")
+    for row in refusals().values():
+        lines.append(f"| {row.number} | {filled(row.text)} | {cell(row.helps)} |")
     return "\n".join(lines) + "\n"
 
 

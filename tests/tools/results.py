@@ -11,7 +11,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests" / "tools")]
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 
 from launcher import simulate  # noqa: E402
 from launcher.data import MOTORS, available, read_toml  # noqa: E402

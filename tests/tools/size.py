@@ -12,8 +12,10 @@ from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
-from disasm import Image
-from frames import deepest
+sys.path.append(str(Path(__file__).resolve().parents[2] / "linker/bounds"))
+
+from disasm import Image  # noqa: E402
+from frames import deepest  # noqa: E402
 
 FLASH = 240 * 1024
 RAM = 64 * 1024

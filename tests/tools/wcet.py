@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-if str(ROOT / "qemu") not in sys.path:
-    sys.path.insert(0, str(ROOT / "qemu"))
+sys.path += [str(ROOT / "qemu"), str(ROOT / "linker/bounds")]
 
 from addresses import Constants  # noqa: E402
 from disasm import Image, ImageError  # noqa: E402

@@ -7,11 +7,11 @@ import re
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/tools"))
+from cause_rows import faults
+from object_rows import objects
+from param_rows import param_rows, texts
 
-from modbus_page import objects  # noqa: E402
-from param_rows import param_rows, texts  # noqa: E402
+ROOT = Path(__file__).resolve().parents[2]
 
 TYPES = {"I8": 2, "I16": 3, "I32": 4, "U8": 5, "U16": 6, "U32": 7, "STRING": 9, "DOMAIN": 15}
 LEAST = {"I8": -128, "I16": -32768, "I32": -2 ** 31}
@@ -28,7 +28,8 @@ NAMES = {0x1000: "Device type", 0x1001: "Error register", 0x1003: "Pre-defined e
          0x6060: "Modes of operation", 0x6061: "Modes of operation display", 0x6064: "Position actual value",
          0x606B: "Velocity demand value", 0x606C: "Velocity actual value", 0x6071: "Target torque",
          0x6075: "Motor rated current", 0x6077: "Torque actual value", 0x6079: "DC link circuit voltage",
-         0x607A: "Target position", 0x6080: "Max motor speed", 0x6098: "Homing method",
+         0x607A: "Target position", 0x607D: "Software position limit", 0x6099: "Homing speeds",
+         0x60C2: "Interpolation time period", 0x6080: "Max motor speed", 0x6098: "Homing method",
          0x60F4: "Following error actual value", 0x60FF: "Target velocity", 0x6502: "Supported drive modes"}
 SUBS = {(0x1018, 1): "Vendor-ID", (0x1018, 2): "Product code", (0x1018, 3): "Revision number", (0x1018, 4): "Serial number",
         (0x1010, 1): "Save all parameters", (0x1011, 1): "Restore all default parameters"}
@@ -100,9 +101,10 @@ def own_objects():
     for number, (name, (least, most, initial)) in enumerate(param_rows(ROOT).items()):
         assert what[name]
         found[PARAMS + number, 0] = entry(name, "I32", "rw", initial, low=least, high=most)
-    for name, number in re.findall(r"^    FAULT_(\w+) = (\d+),", text_of("firmware/fault/fault.h"), re.MULTILINE):
-        if number != "0":
-            found[REACTIONS + int(number), 0] = entry(f"reaction to {name.lower()}", "U16", "rw")
+    for name, row in faults(ROOT).items():
+        found[REACTIONS + row.number, 0] = entry(f"reaction to {name.lower()}", "U16", "rw")
+    for index, sub, kind, access, name, first, _ in BUS.findall(text_of("firmware/operate/profile_objects.h")):
+        found[int(index, 16), int(sub)] = entry(name, kind, access.lower(), first)
     return found
 
 
@@ -134,9 +136,11 @@ def object_sections(index, subs):
     """An object alone, or a record with its members."""
     if set(subs) == {0}:
         return section(f"{index:04X}", subs[0])
-    kind = ARRAY if index in (0x1003, 0x1010, 0x1011, 0x1016) else RECORD
-    name = NAMES.get(index) or {0x1400: "RPDO communication parameter", 0x1600: "RPDO mapping parameter",
-                                0x1800: "TPDO communication parameter", 0x1A00: "TPDO mapping parameter"}[index & ~3]
+    kind = ARRAY if index in (0x1003, 0x1010, 0x1011, 0x1016, 0x607D, 0x6099, 0x687D, 0x6899) else RECORD
+    own = NAMES.get(index - AXIS)
+    name = NAMES.get(index) or (own and f"{own}, axis 2") or {
+        0x1400: "RPDO communication parameter", 0x1600: "RPDO mapping parameter", 0x1800: "TPDO communication parameter",
+        0x1A00: "TPDO mapping parameter"}[index & ~3]
     lines = section(f"{index:04X}", {"ParameterName": name, "ObjectType": f"0x{kind:X}", "SubNumber": len(subs)})
     for sub in sorted(subs):
         lines += section(f"{index:04X}sub{sub:X}", subs[sub])
@@ -154,7 +158,7 @@ def heads(version):
         "SimpleBootUpMaster": 0, "SimpleBootUpSlave": 1, "Granularity": 8, "DynamicChannelsSupported": 0, "GroupMessaging": 0,
         "NrOfRXPDO": EACH, "NrOfTXPDO": EACH, "LSS_Supported": 1})
     lines += section("DummyUsage", {f"Dummy{n:04X}": 0 for n in DUMMIES})
-    return lines + section("Comments", {"Lines": 1, "Line1": "written by tests/tools/eds.py from the firmware's tables"})
+    return lines + section("Comments", {"Lines": 1, "Line1": "written by firmware/tables/eds.py from the firmware's tables"})
 
 
 def eds(axes=1):

@@ -6,14 +6,18 @@ from pathlib import Path
 from disasm import ImageError
 from frames import depths, own_frame
 
+ROOT = Path(__file__).resolve().parents[2]
 POINTER = "__indirect_call"
 # bytes of arguments that a variadic function saves from its registers: the compiler does not count them
 VARIADIC = {"text_print": 12}
 
 
 def _beside_objects(objects, suffix):
-    """Tests and benchmarks are other images, with functions of the same names."""
-    return sorted(p for p in Path(objects).rglob(f"*{suffix}") if "tests" not in p.relative_to(objects).parts)
+    """Tests and benchmarks are other images, with functions of the same names; what a folder built before its sources were
+    moved or removed is nobody's."""
+    places = [path.relative_to(objects) for path in Path(objects).rglob(f"*{suffix}")]
+    return sorted(Path(objects) / place for place in places if "tests" not in place.parts
+                  and (len(place.parts) == 1 or (ROOT / place).with_suffix(".c").is_file()))
 
 
 def compiler_frames(objects):

@@ -18,6 +18,7 @@ POINTER_TABLES = {
     "arguments_read": "argument_kinds",
     "modbus_function": "modbus_functions",
     "apply_target": "cia402_modes",
+    "change_state": "cia402_transitions",
     "argument_candidate": "argument_kinds",
     "nearest_name": "argument_kinds",
     **dict.fromkeys(("identify_measure", "identify_step", "identify_think"), "identify_script"),
@@ -98,7 +99,7 @@ def table_targets(image, function):
     names = POINTER_TABLES.get(function.name)
     if names is None:
         raise ImageError(f"{function.name} calls through a pointer; name the constant table that holds its targets in"
-                         " tests/tools/frames.py")
+                         " linker/bounds/frames.py")
     words = []
     for name in names.split() if "*" not in names else sorted(fnmatch.filter(image.objects, names)):
         if name not in image.objects:

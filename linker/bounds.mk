@@ -4,14 +4,14 @@
 
 # $(call bounded_link,COMMAND): links $@ twice. The stack bounds come from the first image; the second link is told, and
 # the linker script refuses what does not fit. Only symbols differ between the two.
-bounded_link = $1 -o $@.draft && options=$$($(PYTHON) tests/tools/stack.py --linker $@.draft $(BUILD)/arm) && \
+bounded_link = $1 -o $@.draft && options=$$($(PYTHON) linker/bounds/stack.py --linker $@.draft $(BUILD)/arm) && \
     $1 $$options -o $@ && rm -f $@.draft
 
 .PHONY: wcet jitter
 
 stack: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
-	@$(PYTHON) tests/tools/stack.py --measure $(MSSFOC_IMAGE).elf $(BUILD)/arm
+	@$(PYTHON) linker/bounds/stack.py --measure $(MSSFOC_IMAGE).elf $(BUILD)/arm
 
 # The bounds of the current loop's cycles beside what two runs measured: everything it does, and a fault that it finds.
 wcet: tools-run

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+# `make registers`: what C, Verilog and debuggers need to know of the registers, from registers.toml. Included by the top
+# Makefile, which defines PYTHON, BUILD, Q and `say`.
+
+FABRIC_GENERATE = drivers/fabric/rtl/generate.py
+FABRIC_REGISTERS = $(addprefix $(BUILD)/fabric/,contract3.h mssfoc_regs.vh mssfoc.svd)
+
+.PHONY: registers
+
+registers: $(FABRIC_REGISTERS)
+
+$(FABRIC_REGISTERS): drivers/fabric/registers.toml $(FABRIC_GENERATE)
+	@mkdir -p $(@D)
+	$(call say,GEN)
+	$(Q)$(PYTHON) $(FABRIC_GENERATE) $(@F) > $@
