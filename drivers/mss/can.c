@@ -174,6 +174,19 @@ bool can_send(struct can *c, const struct can_frame *f)
     return true;
 }
 
+uint32_t can_pending(const struct can *c)
+{
+    return c->regs == NULL ? 0u : c->tx_head - c->tx_tail + (c->regs->TX_BUF_STATUS & 1u);
+}
+
+/* The interrupt moves the tail. */
+void can_forget(struct can *c)
+{
+    const uint32_t mask = cpu_irq_save();
+    c->tx_head = c->tx_tail;
+    cpu_irq_restore(mask);
+}
+
 /* ---- in ---- */
 
 static void take_mailbox(struct can *c, uint32_t n)

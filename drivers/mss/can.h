@@ -106,6 +106,12 @@ void can_close(struct can *c);
 /* Queues a frame; false, and it is dropped, if there is no room. Thread. */
 bool can_send(struct can *c, const struct can_frame *f);
 
+/* Frames that have not left yet, the one under way included. Thread. */
+uint32_t can_pending(const struct can *c);
+
+/* Those that wait behind the one under way shall not leave any more. Thread. */
+void can_forget(struct can *c);
+
 /* Takes a received frame; false if there is none. Thread. */
 bool can_take(struct can *c, struct can_frame *f);
 

@@ -20,11 +20,12 @@
 #include "firmware/drive/handover.h"
 #include "firmware/drive/modes.h"
 #include "firmware/drive/nvm.h"
+#include "firmware/drive/owner.h"
 #include "firmware/drive/reaction.h"
 #include "firmware/drive/retry.h"
 #include "firmware/drive/start.h"
 #include "firmware/drive/switching.h"
-#include "firmware/fault/report.h"
+#include "firmware/fault/fault.h"
 #include "firmware/monitor/field_watch.h"
 #include "firmware/monitor/hall_watch.h"
 #include "firmware/monitor/lock_watch.h"
@@ -75,6 +76,7 @@ enum axis_request {
 
 /*
  * What the interrupt reads lies within the first 4095 bytes, the reach of a load from one base register: `loop` and `hall`.
+ * Behind these the order leaves few gaps: one word too many is AXIS_ALIGNMENT bytes for each axis.
  */
 struct axis {
     _Alignas(AXIS_ALIGNMENT) struct current_loop loop; /* first: the interrupt addresses its members by offset */
@@ -88,30 +90,32 @@ struct axis {
     struct set_point set_point;          /* the thread writes it, the slow loop takes it */
     volatile int32_t torque_command_q15; /* for torque control */
     uint32_t stopping_ms;
-    uint32_t lingering_ms;          /* the part of stopping_ms in which no limit held back braking */
+    uint32_t unlimited_braking_ms;  /* the part of stopping_ms in which no limit held back braking */
     uint32_t heartbeat;             /* conversions at the last step */
-    uint32_t paced_ms;              /* when the conversions per millisecond were last chosen */
-    uint32_t crowded_ms;            /* when the other axis last identified */
+    uint32_t pace_chosen_ms;        /* when the conversions per millisecond were last chosen */
+    uint32_t beside_identified_ms;  /* when the other axis last identified */
     volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
     volatile uint32_t thread_ms;    /* when the thread last made progress; 0: it has not begun */
-    volatile uint32_t command_ms;   /* when a host last addressed the drive */
+    volatile uint32_t command_ms;   /* when the owner last addressed the drive; anybody, while it has none */
     volatile uint32_t master_lost;  /* why the master of the CAN bus is missing, 0: it is not */
-    struct params params;           /* as set; take effect at the next switch-on */
-    struct tuning tuning;           /* of the last switch-on */
+    struct ownership owner;
+    struct params params; /* as set; take effect at the next switch-on */
+    struct tuning tuning; /* of the last switch-on */
     struct speed_loop speed;
     struct hall hall;
     struct supervision supervision;
-    struct thermal thermal;
     struct fault_record faults;
     struct fault_reports reports;
     struct failover failover;
     struct torque_control torque;
+    struct thermal thermal;
     struct motion motion;
     struct start start;
     struct sensorless sensorless;
     struct field_watch field_watch;
     struct flying flying;
+    struct hall_watch hall_watch;
     struct injection_start injection;
     struct reactions reactions;
     struct retry retry;
@@ -120,7 +124,6 @@ struct axis {
     bool
         nvm_afresh; /* `defaults` was the last: a save carries nothing over that this image does not know. The thread's */
     struct switching switching;
-    struct hall_watch hall_watch;
     struct lock_watch lock_watch;
     struct hall_learn hall_learn;
     struct handover handover;

@@ -5,7 +5,7 @@
  * The current pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field
  * turns one electrical turn forward and back, and a part of one with less current. Counts per turn check pole_pairs and
  * encoder_counts, their sign gives the direction, the field's lead over the encoder the offset (field_pass.h), and the lead's
- * growth with less current the load (load_angle.h). Nothing is taken for granted: every failed check has its own result.
+ * growth with less current the load (alignment.h). Nothing is taken for granted: every failed check has its own result.
  *
  * The rotor turns by two and a half electrical turns, according to pole_pairs, to either side of its starting point; one that
  * turns by more than ALIGNMENT_TURNS is driven by a load, and let go.
@@ -17,14 +17,168 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/commission/encoder_sense.h"
 #include "firmware/commission/field_pass.h"
-#include "firmware/commission/load_angle.h"
+#include "firmware/commission/measure.h"
 #include "firmware/commission/pendulum.h"
-#include "firmware/commission/pull_speed.h"
-#include "firmware/commission/saliency.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
+
+/* ==== the encoder's direction ==== */
+
+/*
+ * Finds the encoder's counting direction from any motion of the magnets, wherever the field stands.
+ *
+ * The EMF, e = j w psi exp(j angle), is a vector that turns with the rotor. Divided by the speed and compared with the
+ * encoder's angle x, it is a rotation of (cos x, sin x) if the encoder counts with the rotor, and a reflection if it counts
+ * backwards. The sums over the motion
+ *
+ *     cd = sum n e_d cos x    sd = sum n e_d sin x
+ *     cq = sum n e_q cos x    sq = sum n e_q sin x        n: counts per step
+ *
+ * estimate that mapping; the sign of its determinant cd sq - cq sd tells the two apart. A constant part of e, from a wrong
+ * resistance or dead time, cancels between forward and back. Nothing shows as long as the rotor barely turns.
+ */
+
+struct encoder_sense {
+    int64_t cd, sd, cq, sq; /* Q15 times Q15 times counts */
+};
+
+/* Forgets all motion. Slow loop. */
+void encoder_sense_start(struct encoder_sense *s);
+
+/*
+ * One step: `e_d_q15`, `e_q_q15` are the EMF along and across the field at `field_q32`; the encoder is at `angle_q32`,
+ * electrical, and has moved by `moved` counts. Slow loop.
+ */
+void encoder_sense_step(struct encoder_sense *s, int32_t e_d_q15, int32_t e_q_q15, uint32_t field_q32,
+                        uint32_t angle_q32, int32_t moved);
+
+/*
+ * How much better one direction fits than the other: (|E+|^2 - |E-|^2) / (|E+|^2 + |E-|^2), 1.0 = 32768; negative: it counts
+ * backwards. Without noise a swing by 60 degrees gives 0.19, one by 90 degrees 0.42, one by half a turn 1. Slow loop.
+ */
+int32_t encoder_sense_q15(const struct encoder_sense *s);
+
+/* ==== the load's angle ==== */
+
+/*
+ * Frees the encoder's offset from load: a load shifts the rotor from the field by an angle c that no encoder sees, but that
+ * changes with the current, because the torque is
+ *
+ *     T(I, c) = 1.5 p I sin c (psi - (Lq - Ld) I cos c)
+ *
+ * Measured is m = c + offset, at two currents and both ways. Friction changes sign with the direction, a load does not: summed
+ * over both ways, the torques at both currents are equal at one offset only. Bisection finds it, a step a millisecond.
+ */
+
+struct load_angle {
+    uint32_t forth_q32[2], back_q32[2]; /* mean of field less encoder at the larger current and at the smaller */
+    int32_t ratio_q15;                  /* smaller current over the larger */
+    int32_t saliency_q15;               /* (Lq - Ld) I / psi, at the larger current */
+    uint32_t centre_q32;
+    int32_t low_q32, high_q32; /* the offset lies between, relative to the centre */
+    int32_t doubted_q32;       /* the offset if the saliency is larger than told */
+    uint32_t steps;
+};
+
+/* Begins, with the measured angles and both ratios set. Slow loop. */
+void load_angle_start(struct load_angle *a);
+
+/* One step; true when the offset is known. About 300 cycles. Slow loop. */
+bool load_angle_step(struct load_angle *a);
+
+/* How far a quarter more saliency moves the offset: without a load not at all. */
+uint32_t load_angle_doubt_q32(const struct load_angle *a);
+
+/* From the encoder's angle to the magnets'. */
+static inline uint32_t load_angle_offset_q32(const struct load_angle *a)
+{
+    return a->centre_q32 + (uint32_t)a->low_q32;
+}
+
+/*
+ * Remaining difference between the torques at both currents in one direction, as an angle at the larger current: zero if there
+ * is only load and friction. Stick and slip shows here.
+ */
+int32_t load_angle_spread_q15(const struct load_angle *a);
+
+/* The field's lead over the rotor at the larger current, the larger of both directions. */
+uint32_t load_angle_largest_q32(const struct load_angle *a);
+
+/* T(I, c) from above, 1.0 = the torque of the larger current in a machine without saliency. */
+int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_t angle_q32);
+
+/* ==== the speed while it pulls ==== */
+
+/*
+ * Limits how fast a field may pull the rotor before the encoder is verified. A rotor opposite the field would swing towards it
+ * with 2 w0; so the current fades as the rotor nears the speed that the tuning allows, and is zero beyond. Only the magnitude
+ * of the speed counts: it is right with the encoder reversed, phases swapped, or wrong pole pairs.
+ * Once past the field the current brakes, and all of it is allowed: the magnets then drive it, and their voltage along the
+ * field opposes it, e_d = v_d - R i_d < 0. At zero current, where this must be decided, R need not be right.
+ */
+
+struct pull_speed {
+    int32_t speed_q32; /* electrical turns per millisecond, over tuning.align_speed_ms */
+    int32_t i_d_q15;   /* at the sample of the loop's v_d_q15 */
+    int32_t drop_q15;  /* of the resistance */
+    int32_t e_d_q15;   /* EMF along the field in the millisecond that ended */
+    int32_t along_q15; /* the same, filtered; 0 while the current changes */
+    bool brakes;       /* the rotor has passed the field and slows down since */
+    int32_t slowest_q32;
+    int32_t free_ms;    /* how long it has been fast and without current */
+    int32_t let_go_q32; /* the lowest speed since then */
+};
+
+/* `moved_q32`: electrical travel by the encoder in the millisecond that ends. Slow loop. */
+void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t,
+                     int32_t moved_q32);
+
+/* The part of the current that pulls no faster than that speed. Slow loop. */
+int32_t pull_speed_current_q15(const struct pull_speed *s, const struct tuning *t, int32_t current_q15);
+
+/* The field moves: the EMF then tells nothing. Slow loop. */
+void pull_speed_field_moves(struct pull_speed *s);
+
+/* True if it is fast and accelerates without current: a load drives it. Slow loop. */
+bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t);
+
+/* ==== saliency ==== */
+
+/*
+ * Finds the magnets at standstill in a machine whose reluctance outweighs them: an alternating voltage along one angle after
+ * another over half a turn, and the current response. A voltage V along the angle a gives, in the frame of a,
+ *
+ *     d_i + j d_q  ~  V (Y0 + Y1 exp(2j (m - a))),    Y0, Y1 = (1/Ld +- 1/Lq) / 2
+ *
+ * with the magnets at m: times exp(2j a) and summed over a, only Y1 exp(2j m) is left. That is m up to half a turn. The
+ * torque alternates, so nothing moves; the magnets' axis is one of symmetry, even where iron saturates.
+ */
+
+#define SALIENCY_ANGLES 16u
+
+struct saliency {
+    uint32_t angle; /* which one */
+    uint32_t ms;    /* within the voltage pattern there */
+    int32_t v_q15, i_q15;
+    int32_t steady_d_q15, steady_q_q15; /* voltage on top of the alternating one */
+    struct measure_axes sums;
+};
+
+/* `v_q15`: the voltage; along the magnets it changes the current by `i_q15` peak to peak in a millisecond. Slow loop. */
+void saliency_start(struct saliency *s, int32_t v_q15, int32_t i_q15);
+
+/*
+ * One step a millisecond; true when all is measured and no voltage is held any more. Meanwhile the current loop holds voltages
+ * (gains of zero) and LOOP_FORCED is its source. `encoder_q32`: electrical angle of the encoder. Slow loop.
+ */
+bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t encoder_q32);
+
+/* From the encoder's angle to the magnets', or half a turn more. Slow loop. */
+uint32_t saliency_offset_q32(const struct saliency *s);
+
+/* True if Y1 is at least a tenth of Y0: there is an axis to find. Slow loop. */
+bool saliency_seen(const struct saliency *s);
 
 #define ALIGNMENT_TURNS 6
 

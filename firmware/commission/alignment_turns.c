@@ -1,9 +1,141 @@
 /* SPDX-License-Identifier: MIT */
 /* The field turns forward and back: the rotor that follows shows encoder and load. */
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "drivers/fabric/encoder.h"
+#include "firmware/commission/alignment.h"
 #include "firmware/commission/alignment_parts.h"
-#include "firmware/commission/encoder_fit.h"
 #include "firmware/settings/config.h"
+#include "lib/angle.h"
 #include "lib/q15.h"
+#include "lib/trig.h"
+
+/* ==== the encoder against the field ==== */
+
+#define OFF_BY_ONE_IN  77  /* 1.3 % */
+#define SNAP_ONE_IN    100 /* a standard count this close is meant */
+#define EDGES_Q4       8   /* half a count in two turns */
+#define TWO_TURNS_Q4   32  /* of a pole pair, per count of a turn of the shaft */
+#define COUNTS_MOST_Q4 (1 << 23)
+#define POLE_PAIRS_MAX 50
+
+/* Lines per turn that makers offer; the counts are four times these. */
+static const uint16_t usual_lines[] = {100,  120,  125,  128,  180,  200,  250,  256,   300,  360,  400,
+                                       500,  512,  600,  625,  720,  800,  900,  1000,  1024, 1080, 1200,
+                                       1250, 1440, 1500, 1600, 1800, 2000, 2048, 2250,  2400, 2500, 2880,
+                                       3000, 3600, 4000, 4096, 5000, 7200, 8192, 10000, 16384};
+
+/* The measurement is a few thousandths off: rounds it to a standard count close by, or else to whole lines. */
+static int32_t usual_counts(int32_t counts)
+{
+    int32_t best = q15_clamp((counts + 2) / 4 * 4, (int32_t)ENCODER_COUNTS_MIN, (int32_t)ENCODER_COUNTS_MAX);
+    int32_t off = counts / SNAP_ONE_IN;
+    for (size_t i = 0; i < sizeof usual_lines / sizeof usual_lines[0]; i++) {
+        const int32_t distance = q15_abs(counts - 4 * usual_lines[i]);
+        if (distance < off) {
+            best = 4 * usual_lines[i];
+            off = distance;
+        }
+    }
+    return best;
+}
+
+/* Pole pairs within a tenth of a whole number, or 0. */
+static int32_t whole_pole_pairs(int32_t two_turns_q4, int32_t encoder_counts)
+{
+    const int32_t tenths = (10 * TWO_TURNS_Q4 * encoder_counts + two_turns_q4 / 2) / two_turns_q4;
+    const int32_t nearest = (tenths + 5) / 10;
+    return q15_abs(tenths - 10 * nearest) <= 1 && nearest >= 1 && nearest <= POLE_PAIRS_MAX ? nearest : 0;
+}
+
+static bool fits(int32_t seen_q4, int32_t pole_pairs, int32_t encoder_counts)
+{
+    const int32_t expected_q4 = TWO_TURNS_Q4 * encoder_counts;
+    return q15_abs(seen_q4 * pole_pairs - expected_q4) < expected_q4 / OFF_BY_ONE_IN + EDGES_Q4 * pole_pairs;
+}
+
+struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t encoder_counts)
+{
+    const int32_t seen_q4 = q15_clamp(two_turns_q4, 1, COUNTS_MOST_Q4);
+    if (fits(seen_q4, pole_pairs, encoder_counts)) {
+        return (struct encoder_fit){ENCODER_FITS, pole_pairs, encoder_counts};
+    }
+    const int32_t whole = whole_pole_pairs(seen_q4, encoder_counts);
+    const bool pairs = whole != 0 && whole != pole_pairs && !fits(seen_q4, pole_pairs, 4 * encoder_counts);
+    return (struct encoder_fit){pairs ? ENCODER_POLE_PAIRS : ENCODER_COUNTS, whole,
+                                usual_counts((seen_q4 * pole_pairs + TWO_TURNS_Q4 / 2) / TWO_TURNS_Q4)};
+}
+
+/* ==== the load's angle ==== */
+
+#define WIDTH_Q32 ((int32_t)(UINT32_MAX / 6u)) /* 60 degrees: beyond, no load is held at both currents */
+#define STEPS     20u                          /* 60 degrees by 2^20 */
+#define MORE_PART 4                            /* of the saliency, which is told and saturates */
+
+int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_t angle_q32)
+{
+    const cossin_t c = cossin_q15(angle_q32);
+    const int32_t reluctance_q15 = (((saliency_q15 * current_q15) >> 15) * c.cos) >> 15;
+    return (((c.sin * current_q15) >> 15) * (Q15_ONE - reluctance_q15)) >> 15;
+}
+
+void load_angle_start(struct load_angle *a)
+{
+    a->centre_q32 = a->back_q32[0] + (uint32_t)((int32_t)(a->forth_q32[0] - a->back_q32[0]) / 2);
+    a->low_q32 = -WIDTH_Q32;
+    a->high_q32 = WIDTH_Q32;
+    a->steps = 0;
+    a->doubted_q32 = 0;
+}
+
+/* Sum over both ways of the torque at the larger current, less that at the smaller. It falls as the offset grows. */
+static int32_t difference_q15(const struct load_angle *a, int32_t saliency_q15, uint32_t offset_q32)
+{
+    return load_angle_torque_q15(Q15_ONE, saliency_q15, a->forth_q32[0] - offset_q32) +
+           load_angle_torque_q15(Q15_ONE, saliency_q15, a->back_q32[0] - offset_q32) -
+           load_angle_torque_q15(a->ratio_q15, saliency_q15, a->forth_q32[1] - offset_q32) -
+           load_angle_torque_q15(a->ratio_q15, saliency_q15, a->back_q32[1] - offset_q32);
+}
+
+/* First with more saliency than told, then with that: both bisections begin alike. */
+bool load_angle_step(struct load_angle *a)
+{
+    const int32_t more_q15 = a->steps < STEPS ? a->saliency_q15 / MORE_PART : 0;
+    const int32_t middle_q32 = a->low_q32 + (a->high_q32 - a->low_q32) / 2;
+    if (difference_q15(a, a->saliency_q15 + more_q15, a->centre_q32 + (uint32_t)middle_q32) > 0) {
+        a->low_q32 = middle_q32;
+    } else {
+        a->high_q32 = middle_q32;
+    }
+    a->steps++;
+    if (a->steps == STEPS) {
+        a->doubted_q32 = a->low_q32;
+        a->low_q32 = -WIDTH_Q32;
+        a->high_q32 = WIDTH_Q32;
+    }
+    return a->steps >= 2u * STEPS;
+}
+
+uint32_t load_angle_doubt_q32(const struct load_angle *a)
+{
+    return angle_size_q32(a->doubted_q32 - a->low_q32);
+}
+
+int32_t load_angle_spread_q15(const struct load_angle *a)
+{
+    const uint32_t offset_q32 = load_angle_offset_q32(a);
+    return q15_abs(load_angle_torque_q15(Q15_ONE, a->saliency_q15, a->forth_q32[0] - offset_q32) -
+                   load_angle_torque_q15(a->ratio_q15, a->saliency_q15, a->forth_q32[1] - offset_q32));
+}
+
+uint32_t load_angle_largest_q32(const struct load_angle *a)
+{
+    const uint32_t offset_q32 = load_angle_offset_q32(a);
+    const uint32_t forth_q32 = angle_size_q32((int32_t)(a->forth_q32[0] - offset_q32));
+    const uint32_t back_q32 = angle_size_q32((int32_t)(a->back_q32[0] - offset_q32));
+    return forth_q32 > back_q32 ? forth_q32 : back_q32;
+}
 
 #define PERIODS_A_TURN 2  /* of the pendulum, in which the field turns once */
 #define EVEN_ONE_IN    64 /* forward and back agree so far, and but for these counts */

@@ -13,11 +13,11 @@
 #define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
 #define DEGREE_Q32    11930465
 
-enum phase { FORTH, BACK, ENDED };
+enum phase { FORWARD, BACK, ENDED };
 
 void hall_learn_begin(struct hall_learn *l)
 {
-    *l = (struct hall_learn){.phase = FORTH, .state = HALL_STATES};
+    *l = (struct hall_learn){.phase = FORWARD, .state = HALL_STATES};
 }
 
 int32_t hall_learn_states(const struct hall_learn *l)
@@ -36,16 +36,15 @@ static void move_field(const struct hall_learn *l, volatile struct current_loop 
 {
     const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz); /* electrical turns a sample */
     const int32_t ms = (int32_t)l->ms, most_ms = (int32_t)SPEED_UP_MS;
-    const int32_t part_ms = l->phase == FORTH ? q15_min(ms, most_ms) : q15_max(most_ms - ms, -most_ms);
+    const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, most_ms) : q15_max(most_ms - ms, -most_ms);
     const int32_t most_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
-    c->field_speed_q32 = (int32_t)((int64_t)full_q32 * part_ms / most_ms);
-    c->i_d_ref_q15 = measure_towards(c->i_d_ref_q15, t->field.i_align_q15, most_q15);
-    c->i_q_ref_q15 = 0;
+    current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / most_ms));
+    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, most_q15), 0);
 }
 
 static uint32_t record_from_ms(const struct hall_learn *l)
 {
-    return l->phase == FORTH ? SPEED_UP_MS : 2u * SPEED_UP_MS;
+    return l->phase == FORWARD ? SPEED_UP_MS : 2u * SPEED_UP_MS;
 }
 
 static void hall_learn_next_phase(struct hall_learn *l)
@@ -93,7 +92,7 @@ static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *
     if (before == state || before == HALL_STATES || l->ms < record_from_ms(l)) {
         return;
     }
-    if (l->phase == FORTH) {
+    if (l->phase == FORWARD) {
         record(l, &l->forth[state], before, field_q32);
     } else {
         record(l, &l->against[before], state, field_q32);
@@ -190,7 +189,7 @@ enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct cur
     hall_learn_look(l, c, e, t);
     hall_learn_next_phase(l);
     if (l->phase == ENDED) {
-        c->field_speed_q32 = 0;
+        current_loop_field_speed(c, 0);
         return hall_learn_judge(l);
     }
     move_field(l, c, t);

@@ -5,10 +5,11 @@
 #include "firmware/commission/identify_parts.h"
 #include "firmware/commission/wiring.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 
 /* ---- the script ---- */
 
-/* tests/tools/frames.py knows its columns. */
+/* linker/bounds/frames.py knows its columns. */
 struct row {
     const char *name;
     bool (*measure)(struct identify *d, const struct measure_io *io);
@@ -51,17 +52,15 @@ static bool regulates(const struct identify *d)
  */
 static void calm(volatile struct current_loop *c)
 {
-    c->integral_q_q9 = 0;
-    c->i_q_ref_q15 = 0;
+    current_loop_hold_q(c, 0);
+    current_loop_ask_q(c, 0);
 }
 
 static void hold_nothing(const struct identify *d, volatile struct current_loop *c)
 {
-    c->i_d_ref_q15 = 0;
-    c->i_q_ref_q15 = 0;
+    current_loop_ask(c, 0, 0);
     if (!d->taken) {
-        c->integral_d_q9 = 0;
-        c->integral_q_q9 = 0;
+        current_loop_hold(c, 0, 0);
     }
 }
 
@@ -138,8 +137,9 @@ static enum identify_reason think(struct identify *d)
 {
     const enum identify_reason end = is_open(d) ? identify_script[d->step].think(d) : IDENTIFY_NO_REASON;
     const bool turns = identify_script[d->step + 1u].needs >= IDENTIFY_NEEDS_ENCODER;
-    return end == IDENTIFY_NO_REASON && turns && d->nominal.angle_source != PARAM_ANGLE_ENCODER ? IDENTIFY_NO_ENCODER
-                                                                                                : end;
+    return end == IDENTIFY_NO_REASON && turns && !source_has((uint32_t)d->nominal.angle_source, SOURCE_COUNTS)
+               ? IDENTIFY_NO_ENCODER
+               : end;
 }
 
 void identify_think(struct identify *d)

@@ -41,8 +41,7 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
     for (int32_t k = 0; k < BURST_SAMPLES; k++) {
         const struct adc_sample sample = next_sample(adc);
         const int32_t sign = k < BURST_LENGTH ? burst_sign(b, k) : 0; /* at the end they are what they were */
-        c->integral_d_q9 = steady_d_q9 + sign * wave_d_q9;
-        c->integral_q_q9 = steady_q_q9 + sign * wave_q_q9;
+        current_loop_hold(c, steady_d_q9 + sign * wave_d_q9, steady_q_q9 + sign * wave_q_q9);
         const uint32_t angle_q32 = b->angle_q32 + (uint32_t)k * (uint32_t)b->turn_q32;
         const dq_t i = park_q15(clarke_q15(sample.ia_q15, sample.ib_q15), cossin_q15(angle_q32));
         b->i_d_q15[k] = (int16_t)q15_sat16(i.d);

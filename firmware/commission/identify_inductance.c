@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Finds the axes and the inductance along each, at standstill, for small changes about a current that holds the rotor. Bursts
- * along 16 angles over half a turn find the axes wherever the rotor rests: saliency.h has the equations. Then come bursts
+ * along 16 angles over half a turn find the axes wherever the rotor rests: alignment.h has the equations. Then come bursts
  * along each of the two axes.
  *
  * From one sample to the next the current of a winding changes by
@@ -51,7 +51,7 @@
 static bool settle(const struct identify *d, volatile struct current_loop *c, bool held)
 {
     current_loop_field(c, PULLED_Q32, 0);
-    c->i_d_ref_q15 = held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0;
+    current_loop_ask_d(c, held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0);
     c->dead_shift = UNCOMPENSATED_SHIFT;
     return d->phase_ms > SETTLE_MS;
 }

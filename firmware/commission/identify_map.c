@@ -21,7 +21,282 @@
 #include <stddef.h>
 
 #include "firmware/commission/identify_parts.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
+#include "lib/deadtime.h"
 #include "lib/polar.h"
+
+/* ==== maps from what was measured ==== */
+
+/*
+ * Evaluates the map's waves and voltages. Two coupled windings respond to a voltage along d by
+ *
+ *     di_d = u T L_qq / D,   di_q = -u T L_dq / D,   D = L_dd L_qq - L_dq^2
+ *
+ * so a wave sees L_dd less L_dq^2 / L_qq, and the response across it over that along it is -L_dq / L_qq; along q the same
+ * with d and q exchanged. The sign of L_dq is that of i_q; L_dd and L_qq are the same for both.
+ */
+
+#define MILLION       1000000
+#define COUPLED_MOST  500000 /* millionths: more is no machine */
+#define LEAST_BURSTS  8u
+#define CROSS_BOUND   5   /* thousandths: what angle and slots take for saturation across */
+#define SALIENT_PART  4   /* of the rated current: less of it in d is not worth a point of its own */
+#define LATE_MS       5   /* until a current has turned round */
+#define SWING_MS      80  /* from one speed to the other: so many waves, and some */
+#define LONG_SWING_MS 150 /* of a reluctant machine, until it has come past a phase */
+#define LATE_PART     3
+#define LEAST_PHASE   3  /* in it there is a third of the current that lies along another, or a little more */
+#define HIDDEN_TENTHS 7  /* of that */
+#define LEAST_PERCENT 28 /* the same, where currents need not lie so near */
+#define KNEE_PERMILLE 80 /* found on the bench: up to a tenth */
+#define FLUX_PERMILLE 10 /* slots, and iron that has losses */
+#define CROSS_PERCENT 10 /* of what i_q across takes from d's voltage */
+#define DEAD_NS       50 /* by which dead time costs less at half of the current */
+
+/* ---- one point ---- */
+
+/* What was seen with i_q to one side. */
+struct seen {
+    int64_t nh[2];     /* along d, along q; 0: nothing */
+    int64_t cross_ppm; /* L_dq by L_qq */
+};
+
+/* Across by along, millionths. */
+static int64_t across_ppm(const struct burst_sums *s)
+{
+    return s->ud > 0 ? identify_scaled(s->uq, MILLION, s->ud) : 0;
+}
+
+static struct seen see(struct identify *d, const struct identify_map_point *p, uint32_t half)
+{
+    const int64_t of_d = across_ppm(&p->sums[0][half]), of_q = across_ppm(&p->sums[1][half]);
+    const int64_t coupled = -of_d * of_q / MILLION;
+    const int64_t alone = MILLION - (coupled < 0 ? 0 : coupled < COUPLED_MOST ? coupled : COUPLED_MOST);
+    d->burst.v_steps = p->v_steps;
+    struct seen s = {.cross_ppm = half == 0u ? -of_d : of_d};
+    for (int32_t axis = 0; axis < 2; axis++) {
+        s.nh[axis] = identify_scaled(identify_inductance_nh(d, &p->sums[axis][half]), MILLION, alone);
+    }
+    return s;
+}
+
+static bool was_seen(const struct identify_map_point *p)
+{
+    return p->bursts[0] >= LEAST_BURSTS && p->bursts[1] >= LEAST_BURSTS;
+}
+
+/* By how much a wave goes to either side, in Q15 of current. */
+static int64_t wave_q15(const struct identify *d, const struct burst_sums *s)
+{
+    return s->count == 0 ? 0 : identify_size(identify_scaled(s->ud, d->burst.hold, s->count));
+}
+
+/* Where dead time is compensated, and a wave across the current goes through phases within the compensation's knee. */
+static bool is_in_knee(const struct identify *d, const struct identify_map_point *p, uint32_t axis)
+{
+    const int64_t least_q15 = p->i_q_q15 * LEAST_PERCENT / 100;
+    return axis == 0u && p->i_q_q15 > 0 && d->ripple_q10 == 0 &&
+           least_q15 < wave_q15(d, &p->sums[0][0]) + DEADTIME_KNEE_Q15;
+}
+
+/*
+ * The inductance along an axis of points `from` to the last. What the current's gain shifts it by: by the slope to the point
+ * before, or for the first to the next, `steps` of them from no current on.
+ */
+static void know_along_axis(struct identify *d, enum identify_quantity first, uint32_t axis, const int32_t steps[])
+{
+    const struct identify_map *const m = &d->work.map;
+    int64_t halves[IDENTIFY_MAP_POINTS][2];
+    for (uint32_t k = 0; k < m->points; k++) {
+        for (uint32_t half = 0; half < 2u; half++) {
+            halves[k][half] = see(d, &m->at[k], half).nh[axis];
+        }
+    }
+    for (uint32_t k = 0; k < m->points; k++) {
+        const enum identify_quantity what = (enum identify_quantity)((uint32_t)first + k);
+        d->burst.v_steps = m->at[k].v_steps;
+        const uint32_t other = k == 0u ? (m->points > 1u ? 1u : 0u) : k - 1u;
+        const int64_t slope_nh = identify_size(halves[k][0] + halves[k][1] - halves[other][0] - halves[other][1]) / 2;
+        if (!was_seen(&m->at[k])) {
+            identify_refuse(d, what, what, IDENTIFY_TOO_LIGHT);
+            continue;
+        }
+        const int64_t shift_nh = scale(slope_nh * steps[k], IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
+        const int64_t knee_nh = is_in_knee(d, &m->at[k], axis) ? identify_permille(halves[k][0], KNEE_PERMILLE) : 0;
+        identify_know_inductance(d, what, halves[k], identify_root(shift_nh * shift_nh + knee_nh * knee_nh));
+    }
+}
+
+/* Of v_q's and v_d's slopes with i_q to either side; false: they were not passed. 0.1 uWb. */
+static bool map_know_flux(struct identify *d, const struct identify_map_point *p, uint32_t which,
+                          struct identify_spread *flux)
+{
+    int64_t of[2];
+    for (uint32_t half = 0; half < 2u; half++) {
+        const struct measure_run *const run = &p->run[half][which];
+        of[half] = identify_flux_of_runs(d, &run, 1);
+    }
+    *flux = (struct identify_spread){(of[0] + of[1]) / 2, identify_size(of[0] - of[1]) / 2};
+    return of[0] > 0 && of[1] > 0 && !identify_scatters(flux);
+}
+
+/* ---- along ---- */
+
+/* nV in d, without those that the current across takes from it: w Lq i_q; these in `cross`. */
+static int64_t along_nv(const struct identify *d, const struct measure_run *r, int64_t *cross_nv)
+{
+    const int64_t flux_fwb = identify_ua(d, r->i, r->count) * d->results[IDENTIFY_LQ].value;
+    const int64_t mrad_s = identify_mrad_s(r->x * 64, r->count) * d->params.pole_pairs;
+    *cross_nv = identify_scaled(flux_fwb, mrad_s, 1000000000);
+    return identify_nv(d, r->v, r->count) + *cross_nv;
+}
+
+/* Of a reluctant machine: the rotor's frame turns slowly, and two currents along the magnets differ. */
+static void know_resistance(struct identify *d)
+{
+    const struct identify_map_point *const full = &d->work.map.at[0], *const half = &d->work.map.at[1];
+    if (full->run[0][0].count == 0 || half->run[0][0].count == 0) {
+        return;
+    }
+    int64_t full_cross_nv, half_cross_nv;
+    const int64_t ua = identify_ua(d, half->i_d_q15 - full->i_d_q15, 1);
+    const int64_t nv = along_nv(d, &half->run[0][0], &half_cross_nv) - along_nv(d, &full->run[0][0], &full_cross_nv);
+    if (nv <= 0 || ua <= 0) {
+        return;
+    }
+    const int64_t uohm = scale(nv, 1000, ua);
+    const int64_t dead_uohm = scale(scale(d->bus_nv, DEAD_NS * (int64_t)CONFIG_PWM_HZ, 1000000000), 1000, ua);
+    const int64_t gains = identify_permille(uohm, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE);
+    const int64_t cross_uohm = scale(identify_size(half_cross_nv - full_cross_nv) * CROSS_PERCENT / 100, 1000, ua);
+    const int64_t others = identify_root(dead_uohm * dead_uohm + cross_uohm * cross_uohm);
+    if (others * 2 > uohm) {
+        return;
+    }
+    identify_know(d, IDENTIFY_RESISTANCE, uohm, identify_interval(0, gains, others));
+    d->params.resistance_mohm = (int32_t)(uohm < 1000 ? 1 : scale(uohm, 1, 1000));
+}
+
+/* rpm that rated current makes in LATE_MS, as the ramps have accelerated it. */
+static int64_t late_rpm(const struct identify *d)
+{
+    const int64_t at_rated =
+        scale(identify_size(d->ramp_mrad_s2), d->i_rated_q15, d->ramp_i_q15 < 1 ? 1 : d->ramp_i_q15);
+    return scale(at_rated * LATE_MS, 60LL * 1000, TWO_PI_E9);
+}
+
+enum identify_reason identify_think_along(struct identify *d)
+{
+    static const int32_t halves[] = {2, 1, 1, 2};
+    know_along_axis(d, IDENTIFY_LD_D2_BACK, 0, halves);
+    if (d->reluctant) {
+        identify_refuse(d, IDENTIFY_LD_D1, IDENTIFY_LD_D2, IDENTIFY_TURNED);
+        know_resistance(d);
+    }
+    /* swings that are long enough; unless it would be far too fast before the current has turned round */
+    const int64_t late = late_rpm(d);
+    d->swing_rpm = identify_within(late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS), d->rpm_most);
+    if (d->ramp_mrad_s2 == 0 || late * LATE_PART > d->rpm_most) { /* too few samples: lighter still */
+        identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
+    }
+    return IDENTIFY_NO_REASON;
+}
+
+/* ---- across ---- */
+
+/* The current that makes most torque, by the flux across that rated current alone makes. */
+static bool choose_torque(struct identify *d)
+{
+    struct identify_spread across;
+    if (!d->reluctant || !map_know_flux(d, &d->work.map.at[2], 1, &across)) {
+        return false;
+    }
+    struct params p = d->params;
+    const int64_t rated_ua = identify_ua(d, d->i_rated_q15, 1);
+    p.flux_uwb = (int32_t)scale(d->flux_e1_uwb, 1, 10);
+    p.ld_uh = d->results[IDENTIFY_LD].value / 1000 + 1;
+    p.lq_uh = (int32_t)scale(across.mean, 100000, rated_ua) + 1; /* 0.1 uWb by uA is 1e5 uH */
+    const struct mtpa_machine machine = mtpa_machine(&p);
+    const struct mtpa_point point = mtpa_point(&machine, (int64_t)d->i_rated_q15 << 5);
+    const int32_t i_d_q15 = (int32_t)(point.i_d_q20 >> 5);
+    d->torque_d_q15 = machine.reversed ? i_d_q15 : -i_d_q15;
+    d->torque_q_q15 = (int32_t)(point.i_q_q20 >> 5);
+    return machine.saliency != 0 && i_d_q15 * SALIENT_PART > d->i_rated_q15;
+}
+
+/* mV at the end of the speeds at which waves are played. */
+static int64_t voltage_mv(const struct identify *d, const struct identify_map_point *p)
+{
+    const int64_t i_ua = identify_ua(d, p->i_q_q15, 1);
+    const int64_t mrad_s = identify_mrad_s(p->rpm * 32768LL / 2, 1) * d->params.pole_pairs;
+    return scale(i_ua, d->params.resistance_mohm, 1000000) + scale(mrad_s, d->flux_e1_uwb, 10000000);
+}
+
+/*
+ * Across the current a wave goes through the two phases that carry least, a third of it. Where they change their signs with
+ * that or with the ripple, dead time is a part of what answers.
+ */
+static bool is_hidden(const struct identify *d, const struct identify_map_point *p)
+{
+    const struct burst_sums *const s = &p->sums[0][0];
+    if (d->ripple_q10 == 0 || s->count == 0) {
+        return false;
+    }
+    const int64_t v_q15 = scale(voltage_mv(d, p), 32768, d->params.v_range_mv);
+    const int64_t ripple_q15 = (v_q15 * d->ripple_q10) >> 10;
+    return p->i_q_q15 * HIDDEN_TENTHS < (wave_q15(d, s) + ripple_q15) * 10 * LEAST_PHASE;
+}
+
+static void refuse_hidden(struct identify *d)
+{
+    for (uint32_t k = 0; k < d->work.map.points; k++) {
+        const enum identify_quantity what = (enum identify_quantity)((uint32_t)IDENTIFY_LD_Q1 + k);
+        if (d->results[what].reason != IDENTIFY_TOO_LIGHT && is_hidden(d, &d->work.map.at[k])) {
+            identify_refuse(d, what, what, IDENTIFY_RIPPLED);
+        }
+    }
+}
+
+enum identify_reason identify_think_across(struct identify *d)
+{
+    static const int32_t thirds[] = {1, 2, 3};
+    know_along_axis(d, IDENTIFY_LD_Q1, 0, thirds);
+    know_along_axis(d, IDENTIFY_LQ_Q1, 1, thirds);
+    refuse_hidden(d);
+    if (!choose_torque(d)) {
+        identify_refuse_rest(d, IDENTIFY_NOT_SALIENT);
+    }
+    return IDENTIFY_NO_REASON;
+}
+
+/* ---- most torque ---- */
+
+/* The interval of a flux of one current: what its gain does to it is in the quantity that is made of both. */
+static void know_torque_flux(struct identify *d, enum identify_quantity what, const struct identify_spread *flux)
+{
+    identify_know(d, what, flux->mean,
+                  identify_interval(flux->deviation, identify_permille(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE),
+                                    identify_permille(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE)));
+}
+
+enum identify_reason identify_think_torque(struct identify *d)
+{
+    const struct identify_map_point *const p = &d->work.map.at[0];
+    struct identify_spread along, across;
+    if (!was_seen(p) || !map_know_flux(d, p, 0, &along) || !map_know_flux(d, p, 1, &across)) {
+        identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
+        return IDENTIFY_NO_REASON;
+    }
+    identify_know_exactly(d, IDENTIFY_TORQUE_ID, (int32_t)identify_ua(d, p->i_d_q15, 1000));
+    identify_know_exactly(d, IDENTIFY_TORQUE_IQ, (int32_t)identify_ua(d, p->i_q_q15, 1000));
+    know_torque_flux(d, IDENTIFY_TORQUE_FLUX, &along);
+    know_torque_flux(d, IDENTIFY_TORQUE_ACROSS, &across);
+    const int64_t forth_ppm = see(d, p, 0).cross_ppm, back_ppm = see(d, p, 1).cross_ppm;
+    identify_know(d, IDENTIFY_CROSS, identify_scaled(forth_ppm + back_ppm, 1, 2000),
+                  identify_interval(scale(identify_size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
+                                    scale(identify_size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
+    return IDENTIFY_NO_REASON;
+}
 
 #define BURSTS_HALF         16u /* of waves: half of them along, half across */
 #define QUARTER_Q32         0x40000000u
@@ -165,7 +440,7 @@ bool identify_measure_along(struct identify *d, const struct measure_io *io)
     const int32_t from_q15 = d->phase == 0u ? 0 : m->at[d->phase - 1u].i_d_q15;
     /* the constant speeds have ended that way round; time counts while it is there */
     d->phase_ms -= measure_spin(io, -p->rpm, identify_i_most_q15(d)) ? 0u : 1u;
-    io->loop->i_d_ref_q15 = from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS);
+    current_loop_ask_d(io->loop, from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS));
     if (d->phase_ms > settle_ms) {
         play(d, p, p->bursts[0] > p->bursts[1] ? 1u : 0u, false, io);
     } else if (d->phase_ms > SETTLE_MS) {
@@ -210,7 +485,7 @@ static bool swing(struct identify *d, const struct measure_io *io)
     struct identify_map_point *const p = &m->at[d->phase];
     const int32_t most_q15 = p->rpm * 32768, x_q15 = io->speed->estimate.speed_rpm_q15;
     measure_push(io, m->sign * p->i_q_q15);
-    io->loop->i_d_ref_q15 = measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS);
+    current_loop_ask_d(io->loop, measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS));
     if (m->way_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
         if (p->fluxes && (m->ways & SUM_WAYS) != 0u) {
             sum_up(p, m->sign, io);

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* Arithmetic for the thread's part of identify, and from sums of samples to physical units. Each division is 128 bits wide. */
+#include <stddef.h>
+
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
+#include "lib/q15.h"
 
 #define ONE_Q30       (1LL << 30)
 #define LEAST_SAMPLES 6
@@ -158,4 +161,179 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
     const int64_t apart_ua = identify_ua(d, a->i, a->count) - identify_ua(d, b->i, b->count);
     const int64_t torque_nnm = identify_torque_nnm(d, flux_e1_uwb, apart_ua);
     return identify_scaled(apart_mrad_s2 < 0 ? -torque_nnm : torque_nnm, 1000, identify_size(apart_mrad_s2));
+}
+
+/* ==== results ==== */
+
+/* What identify knows and refuses, and what becomes a parameter of it. */
+
+#define CROSS_MOST_PM 249 /* as cross_pm takes it */
+
+void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
+{
+    d->results[what] = (struct identify_result){
+        .state = IDENTIFY_KNOWN, .value = (int32_t)value, .interval = (int32_t)(interval < 1 ? 1 : interval)};
+}
+
+void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value)
+{
+    d->results[what] = (struct identify_result){.state = IDENTIFY_KNOWN, .value = value};
+}
+
+void identify_refuse(struct identify *d, enum identify_quantity from, enum identify_quantity to,
+                     enum identify_reason reason)
+{
+    for (size_t what = from; what <= to; what++) {
+        d->results[what] = (struct identify_result){.state = IDENTIFY_REFUSED, .reason = reason};
+    }
+}
+
+void identify_refuse_rest(struct identify *d, enum identify_reason reason)
+{
+    for (size_t what = 0; what < IDENTIFY_QUANTITIES; what++) {
+        if (d->results[what].state == IDENTIFY_UNKNOWN) {
+            identify_refuse(d, (enum identify_quantity)what, (enum identify_quantity)what, reason);
+        }
+    }
+}
+
+/* ---- use: each returns how many parameters changed ---- */
+
+static uint32_t results_put(int32_t *param, int64_t value)
+{
+    const uint32_t changed = *param != value ? 1u : 0u;
+    *param = (int32_t)value;
+    return changed;
+}
+
+static bool is_known(const struct identify *d, enum identify_quantity what)
+{
+    return d->results[what].state == IDENTIFY_KNOWN;
+}
+
+static uint32_t results_take(const struct identify *d, enum identify_quantity what, int32_t *param, int32_t units)
+{
+    return is_known(d, what) ? results_put(param, q15_max((d->results[what].value + units / 2) / units, 1)) : 0u;
+}
+
+/* Flux by current is an inductance: 0.1 uWb by mA are 1e2 uH. */
+static int64_t apparent_uh(int64_t flux_e1_uwb, int64_t i_ma)
+{
+    const int64_t uh = flux_e1_uwb > 0 && i_ma > 0 ? scale(flux_e1_uwb, 100, i_ma) : 1;
+    return uh < 1 ? 1 : uh;
+}
+
+/* Of current in d the part that it takes from the magnets' flux, or adds to it; calculated with that which is used. */
+static uint32_t use_torque(const struct identify *d, struct params *p)
+{
+    if (!is_known(d, IDENTIFY_TORQUE_ACROSS) || !is_known(d, IDENTIFY_TORQUE_FLUX) || !is_known(d, IDENTIFY_FLUX)) {
+        return 0;
+    }
+    const struct identify_result *const r = d->results;
+    const int64_t i_d_ma = r[IDENTIFY_TORQUE_ID].value, sign = i_d_ma < 0 ? -1 : 1;
+    const int64_t more_e1_uwb = (int64_t)r[IDENTIFY_TORQUE_FLUX].value - r[IDENTIFY_FLUX].value;
+    return results_put(&p->ld_apparent_uh, apparent_uh(sign * more_e1_uwb, sign * i_d_ma)) +
+           results_put(&p->lq_apparent_uh, apparent_uh(r[IDENTIFY_TORQUE_ACROSS].value, r[IDENTIFY_TORQUE_IQ].value)) +
+           results_put(&p->cross_pm, q15_clamp(r[IDENTIFY_CROSS].value, -CROSS_MOST_PM, CROSS_MOST_PM));
+}
+
+/* Where reluctance outweighs the magnets the loops go by what the rated current leaves, and by that without one. */
+static uint32_t use_inductances(const struct identify *d, struct params *p)
+{
+    if (!d->reluctant || !is_known(d, IDENTIFY_LD_Q3) || !is_known(d, IDENTIFY_LQ_Q3)) {
+        return results_take(d, IDENTIFY_LD, &p->ld_uh, 1000) + results_take(d, IDENTIFY_LQ, &p->lq_uh, 1000);
+    }
+    return results_take(d, IDENTIFY_LD_Q3, &p->ld_uh, 1000) + results_take(d, IDENTIFY_LQ_Q3, &p->lq_uh, 1000) +
+           results_take(d, IDENTIFY_LQ, &p->lq_rest_uh, 1000);
+}
+
+uint32_t identify_use(const struct identify *d, struct params *p)
+{
+    return use_inductances(d, p) + use_torque(d, p) + results_take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) +
+           results_take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) +
+           results_take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) + results_take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) +
+           results_take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1) +
+           results_take(d, IDENTIFY_COULOMB, &p->friction_unm, 1);
+}
+
+/* ==== gains for what comes next ==== */
+
+/* The tuning by which identify measures: from what is known of the motor by then, which at first is nothing. */
+
+/* With these the speed loop's numbers fit their formats, whatever the inverter is; nothing runs by them. */
+#define FLUX_HZ          400 /* at which the bus voltage would be induced */
+#define INERTIA_PART     700 /* gmm2 by uWb times mA */
+#define INERTIA_MOST     2100000000
+#define INDUCTANCE_PARTS 63 /* tuning.h: w_base L below 64 v_range / i_range */
+#define RELUCTANT_PARTS \
+    15 /* the large one, known without current, falls several times with it: loops would be too fast */
+
+/* While the rotor turns. */
+#define TURNING_HZ       300
+#define TURNING_SPEED_HZ 10
+
+/* What the speed loop could do with it does not matter at standstill, and is little while the rotor turns. */
+static bool compute(struct identify *d, int32_t hz, struct tuning *t)
+{
+    struct params *const p = &d->params;
+    const int64_t parts = d->reluctant ? RELUCTANT_PARTS : INDUCTANCE_PARTS;
+    const int64_t largest_uh = scale(p->v_range_mv, parts * 1000000LL, 7854LL * p->i_range_ma);
+    p->current_bw_hz = hz;
+    p->ld_uh = identify_within(p->ld_uh, largest_uh);
+    p->lq_uh = identify_within(p->lq_uh, largest_uh);
+    const struct outcome outcome = tuning_compute(p, t);
+    return outcome.error == ERROR_NONE || outcome.error == ERROR_SPEED_RESOLUTION ||
+           outcome.error == ERROR_SPEED_UNRESOLVED || outcome.error == ERROR_SPEED_MARGIN ||
+           outcome.error == ERROR_CURRENT_TOO_SLOW || outcome.error == ERROR_ENCODER_COARSE;
+}
+
+enum identify_reason identify_tune(struct identify *d, int32_t hz)
+{
+    struct tuning t;
+    if (!compute(d, hz, &t)) {
+        return IDENTIFY_STOPPED;
+    }
+    t.kp_q_q12 = 0;   /* see calm() */
+    t.ripple_q10 = 0; /* the steps set dead-time compensation themselves */
+    d->tuning = t;
+    return IDENTIFY_NO_REASON;
+}
+
+enum identify_reason identify_tune_turning(struct identify *d, enum identify_reason otherwise)
+{
+    struct tuning t;
+    d->params.speed_bw_hz = TURNING_SPEED_HZ;
+    if (!compute(d, TURNING_HZ, &t)) {
+        return otherwise;
+    }
+    t.emf_q12 = d->flux_e1_uwb == 0 ? 0 : t.emf_q12; /* not known yet */
+    d->tuning = t;
+    d->retuned = true;
+    return IDENTIFY_NO_REASON;
+}
+
+void identify_retake(struct identify *d)
+{
+    d->ripple_q10 = d->tuning.ripple_q10;
+    d->retuned = true;
+}
+
+void identify_forget_motor(struct params *p)
+{
+    const int64_t trip_ma = p->i_trip_ma * 85LL / 100;
+    p->pole_pairs = 1;
+    p->encoder_counts = (int32_t)ENCODER_COUNTS_MAX; /* whatever it has: it is only followed */
+    p->angle_source = PARAM_ANGLE_ENCODER;           /* a prescribed field; whether anything counts does not matter */
+    p->resistance_mohm = identify_within(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
+    p->ld_uh = p->lq_uh = identify_within(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
+    p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = p->cross_pm = 0;
+    p->flux_uwb = (int32_t)scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ); /* 0.8 Wb at most */
+    p->inertia_gmm2 = identify_within(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MOST);
+    p->i_max_ma = identify_within(p->i_rated_ma, trip_ma);
+    p->i_align_ma = p->i_max_ma;
+    p->pwm_update = PWM_UPDATE_VALLEY;
+    p->pwm_samples = 1;
+    p->speed_bw_hz = 1;
+    p->position_bw_hz = 0;
+    p->torque_mean_ms = 1;
 }

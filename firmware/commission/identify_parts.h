@@ -18,7 +18,7 @@ IDENTIFY_SCRIPT(IDENTIFY_HALVES_OF)
 /* A millisecond of the present step. Slow loop. */
 bool identify_measure(struct identify *d, const struct measure_io *io);
 
-/* ---- for measuring: slow loop (identify_rotor.c) ---- */
+/* ---- for measuring: slow loop (identify_turn.c) ---- */
 
 /* The step's next phase, whatever it means by that; its milliseconds count from 1. */
 static inline void identify_enter(struct identify *d, uint32_t phase)
@@ -48,7 +48,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
 /* Brings the rotor to rest in a phase of its own; true when there, or after `patience_ms`. */
 bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, uint32_t patience_ms);
 
-/* ---- results: thread (identify_results.c) ---- */
+/* ---- results: thread (identify_numbers.c) ---- */
 
 void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval);
 void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value);
@@ -131,7 +131,7 @@ int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums
 /* Sets the result from two halves, or refuses it; `bound`: errors that not every inductance's interval has. */
 void identify_know_inductance(struct identify *d, enum identify_quantity what, const int64_t halves[2], int64_t bound);
 
-/* ---- tuning: thread (identify_tune.c) ---- */
+/* ---- tuning: thread (identify_numbers.c) ---- */
 
 /* Replaces all that is not the inverter's by values that nothing depends on. */
 void identify_forget_motor(struct params *p);

@@ -69,7 +69,7 @@ static void move(struct identify *d, volatile struct current_loop *c)
     const uint32_t way_q32 = angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(d->phase_ms);
     current_loop_field(c, d->phase_ms >= MOVE_MS ? angle * SIXTH_Q32 : from_q32 + way_q32, 0);
     if (angle == 0u) {
-        c->i_d_ref_q15 = measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS);
+        current_loop_ask_d(c, measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS));
     }
     if (d->phase_ms == MOVE_MS + REST_MS) {
         identify_enter(d, STANDS);
@@ -80,7 +80,7 @@ static void stand(struct identify *d, volatile struct current_loop *c)
 {
     struct identify_resistance *const m = &d->work.resistance;
     const int32_t level = level_of(m->visit);
-    c->i_d_ref_q15 = current_q15(d, level);
+    current_loop_ask_d(c, current_q15(d, level));
     if (d->phase_ms > d->settle_ms) {
         m->v_sum[m->visit / IDENTIFY_LEVELS][m->angle][level - 1] +=
             (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
@@ -109,7 +109,7 @@ bool identify_measure_resistance(struct identify *d, const struct measure_io *io
     struct identify_resistance *const m = &d->work.resistance;
     volatile struct current_loop *const c = io->loop;
     if (d->reluctant) {
-        c->integral_d_q9 = 0; /* each step of the current would turn it */
+        current_loop_hold_d(c, 0); /* each step of the current would turn it */
         return resistance_rests(d);
     }
     *(d->phase == MOVES ? &m->led : &m->drifted) += d->ms == 1u ? 0 : d->counts - m->from;

@@ -120,7 +120,7 @@ bool identify_measure_hold(struct identify *d, const struct measure_io *io)
     if (d->ms == 1u) {
         current_loop_field(c, 0, 0);
     }
-    c->i_d_ref_q15 = measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS);
+    current_loop_ask_d(c, measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS));
     if (d->ms > SETTLE_MS) {
         m->v_sum += (int64_t)c->v_d_steps * c->vbus_q15;
         m->i_sum_q15 += c->i_d_q15;

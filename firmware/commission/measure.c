@@ -15,14 +15,12 @@ int32_t measure_steps(const volatile struct current_loop *c, int32_t v_q15)
 void measure_hold_voltage(volatile struct current_loop *c, uint32_t angle_q32, int32_t d_steps, int32_t q_steps)
 {
     current_loop_field(c, angle_q32, 0);
-    c->integral_q_q9 = q_steps * (1 << PI_SHIFT);
-    c->integral_d_q9 = d_steps * (1 << PI_SHIFT);
+    current_loop_hold(c, d_steps * (1 << PI_SHIFT), q_steps * (1 << PI_SHIFT));
 }
 
 void measure_push(const struct measure_io *io, int32_t i_q_q15)
 {
-    io->loop->i_d_ref_q15 = 0;
-    io->loop->i_q_ref_q15 = i_q_q15;
+    current_loop_ask(io->loop, 0, i_q_q15);
 }
 
 bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_most_q15)

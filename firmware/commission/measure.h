@@ -74,7 +74,7 @@ struct measure_run {
 /* Adds the last sample, with this voltage: no sum overflows within 4096 samples. */
 void measure_run_add(struct measure_run *r, const struct measure_io *io, int32_t v_q15);
 
-/* ---- axes: what goes round twice in a turn of the voltage (saliency.h) ---- */
+/* ---- axes: what goes round twice in a turn of the voltage (alignment.h) ---- */
 
 struct measure_axes {
     int64_t re, im, straight; /* responses turned back by twice the angle; and along the voltage */

@@ -304,8 +304,7 @@ static enum offset_result step_pushes(struct offset_check *o, volatile struct cu
         step_hold(o, t, moved);
     }
     const cossin_t along = cossin_q15(o->along_q32);
-    c->i_d_ref_q15 = (o->i_q15 * along.cos) >> 15;
-    c->i_q_ref_q15 = (o->i_q15 * along.sin) >> 15;
+    current_loop_ask(c, (o->i_q15 * along.cos) >> 15, (o->i_q15 * along.sin) >> 15);
     return result;
 }
 

@@ -60,7 +60,6 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
     p->filtered_q32 += (uint32_t)(behind_q32 / p->filter_ms);
     p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
     p->applied_q32 = field_q32 - (uint32_t)damped_q32;
-    c->i_d_ref_q15 = current_q15;
-    c->i_q_ref_q15 = 0;
+    current_loop_ask(c, current_q15, 0);
     current_loop_field(c, p->applied_q32, step_q32 / c->loops_per_slow);
 }

@@ -161,6 +161,85 @@ static inline bool current_loop_is_on(const volatile struct current_loop *c)
 /* The state before the first use. Thread, once. */
 void current_loop_init(struct current_loop *c);
 
+/*
+ * Doors: what others ask of a loop that runs. Nobody else writes these fields (tests/tools/lint.py). The interrupt takes each
+ * word as it stands at its next sample; two of one call may act a sample apart. Slow loop, or while the bridge is off.
+ */
+
+/* The currents that it regulates to: Q15 of i_range, d and q in the field's frame. */
+static inline void current_loop_ask_d(volatile struct current_loop *c, int32_t i_d_q15)
+{
+    c->i_d_ref_q15 = i_d_q15;
+}
+
+static inline void current_loop_ask_q(volatile struct current_loop *c, int32_t i_q_q15)
+{
+    c->i_q_ref_q15 = i_q_q15;
+}
+
+static inline void current_loop_ask(volatile struct current_loop *c, int32_t i_d_q15, int32_t i_q_q15)
+{
+    current_loop_ask_d(c, i_d_q15);
+    current_loop_ask_q(c, i_q_q15);
+}
+
+/* The regulators' integrals, in steps of voltage, Q9: with gains of 0 the voltage that is held. */
+static inline void current_loop_hold_d(volatile struct current_loop *c, int32_t v_d_q9)
+{
+    c->integral_d_q9 = v_d_q9;
+}
+
+static inline void current_loop_hold_q(volatile struct current_loop *c, int32_t v_q_q9)
+{
+    c->integral_q_q9 = v_q_q9;
+}
+
+static inline void current_loop_hold(volatile struct current_loop *c, int32_t v_d_q9, int32_t v_q_q9)
+{
+    current_loop_hold_d(c, v_d_q9);
+    current_loop_hold_q(c, v_q_q9);
+}
+
+/* No voltage: neither the regulators' nor the feed-forward's. */
+static inline void current_loop_drop_voltage(volatile struct current_loop *c)
+{
+    current_loop_hold(c, 0, 0);
+    c->feedforward_d_steps = 0;
+    c->feedforward_q_steps = 0;
+}
+
+/* From the encoder's count to the field's angle, 2^32 a turn. */
+static inline void current_loop_offset(volatile struct current_loop *c, uint32_t offset_q32)
+{
+    c->angle_offset_q32 = offset_q32;
+}
+
+/* How fast a prescribed field turns: 2^32 a turn, a sample. */
+static inline void current_loop_field_speed(volatile struct current_loop *c, int32_t speed_q32)
+{
+    c->field_speed_q32 = speed_q32;
+}
+
+/* The estimated rotor: its angle, 2^32 a turn, and its speed, the same a sample. */
+static inline void current_loop_point(volatile struct current_loop *c, uint32_t angle_q32)
+{
+    c->pll.angle_q32 = angle_q32;
+}
+
+static inline void current_loop_run(volatile struct current_loop *c, int32_t speed_q32)
+{
+    c->pll.speed_q32 = speed_q32;
+}
+
+static inline void current_loop_place(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32)
+{
+    current_loop_point(c, angle_q32);
+    current_loop_run(c, speed_q32);
+}
+
+/* Adds to both, between two samples. */
+void current_loop_correct(volatile struct current_loop *c, uint32_t by_angle_q32, int32_t by_speed_q32);
+
 /* Takes what does not depend on the bus: encoder scale, sampling rate. Slow loop or thread, bridge off. */
 void current_loop_tune(volatile struct current_loop *c, const struct tuning *t);
 

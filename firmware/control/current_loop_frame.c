@@ -78,3 +78,11 @@ void current_loop_coast(volatile struct current_loop *c, uint32_t turn_q32, int3
     current_loop_exchange(c, LOOP_OBSERVER);
     cpu_irq_restore(mask);
 }
+
+void current_loop_correct(volatile struct current_loop *c, uint32_t by_angle_q32, int32_t by_speed_q32)
+{
+    const uint32_t mask = cpu_irq_save();
+    c->pll.angle_q32 += by_angle_q32;
+    c->pll.speed_q32 += by_speed_q32;
+    cpu_irq_restore(mask);
+}

@@ -3,8 +3,8 @@
  * The rotor's angle from three Hall switches, which divide an electrical turn into six sectors. At sector boundaries the angle
  * is known; in between it is extrapolated from the speed and never leaves its sector.
  *
- *   interrupt   state, sector count, time of each edge, angle (stage_hall.h)
- *   slow loop   the speed: from the edges' times, or, while none comes, from the time since the last (hall_speed.h)
+ *   interrupt   state, sector count, time of each edge, angle (current_loop_step.h)
+ *   slow loop   the speed: from the edges' times, or, while none comes, from the time since the last (hall.c)
  *
  * A table maps states to sectors and gives the six edges (settings/hall_table.h): inverted, swapped or misplaced switches
  * change the table, not the arithmetic.

@@ -24,7 +24,7 @@ void injection_reset(volatile struct current_loop *c, const struct tuning *t)
 {
     c->flux.track = 0;
     c->flux.track_speed_q8 = 0;
-    c->pll.speed_q32 = 0;
+    current_loop_run(c, 0);
     c->inject = (struct injection){.turned = t->injection.turned,
                                    .silent = t->injection.silent,
                                    .signs = t->injection.silent != 0 ? INJECTION_SEED : 0u};
@@ -56,8 +56,7 @@ struct injection_response injection_take(volatile struct current_loop *c)
 
 void injection_track(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t radian)
 {
-    c->pll.angle_q32 = angle_q32;
-    c->pll.speed_q32 = 0;
+    current_loop_place(c, angle_q32, 0);
     c->inject.full_rad_q8 = q15_min(RADIAN_Q23 / q15_max(radian, 1), INJECTION_RAD_MOST_Q8);
     const int32_t seen = q15_min(radian, RADIAN_QUICK);
     const int32_t quiet = t->injection.track_most * (seen * seen / RADIAN_QUICK) / RADIAN_QUICK;

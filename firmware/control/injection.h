@@ -17,8 +17,8 @@
  *
  *     nu = -(y_q + k y_d) / G,    G = 4 U T Y1, measured at the start
  *
- * which the flux observer's tracking loop removes (stage_flux.h): two integrators with a double pole at 60 Hz or less, as fast
- * as a load step needs, and slower where the response per degree is small, because the sensors' noise is not.
+ * which the flux observer's tracking loop removes (current_loop_step.h): two integrators with a double pole at 60 Hz or less,
+ * as fast as a load step needs, and slower where the response per degree is small, because the sensors' noise is not.
  *
  * Two variants, one interrupt:
  *

@@ -6,6 +6,41 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
+/* ==== a tone ==== */
+
+#define SQUARES_BITS 15
+#define C_MOST_Q13   16384 /* 2.0 */
+#define REST_MOST    (1 << 16)
+
+/* All three sums in proportion, the squares below 2^SQUARES_BITS. They are not negative. */
+static uint32_t shift_to_bits(int64_t squares)
+{
+    const uint32_t high = (uint32_t)(squares >> 32);
+    const int32_t bits = 64 - (high != 0u ? __builtin_clz(high) : 32 + __builtin_clz((uint32_t)squares | 1u));
+    return bits > SQUARES_BITS ? (uint32_t)(bits - SQUARES_BITS) : 0u;
+}
+
+struct tone_found tone_find(const struct tone *t)
+{
+    const uint32_t shift = shift_to_bits(t->squares);
+    const int32_t squares = (int32_t)(t->squares >> shift);
+    if (squares == 0) {
+        return (struct tone_found){C_MOST_Q13, REST_MOST};
+    }
+    const int32_t products = (int32_t)(t->products >> shift); /* below 2^17, but for the ends of a block that grows */
+    const int32_t c_q13 = q15_clamp((int32_t)((int64_t)products * 8192 / squares), -C_MOST_Q13, C_MOST_Q13);
+    const int64_t rest_q13 =
+        (t->sums >> shift) * 8192 - (int64_t)c_q13 * (2 * products) + (((int64_t)c_q13 * c_q13 * squares) >> 13);
+    const int64_t share_q13 = rest_q13 / squares;
+    return (struct tone_found){c_q13, share_q13 > REST_MOST ? REST_MOST : (int32_t)share_q13};
+}
+
+int32_t tone_hz(int32_t c_q13, int32_t sample_hz)
+{
+    const int32_t sine_q13 = polar_root_down((uint32_t)(C_MOST_Q13 * C_MOST_Q13 - c_q13 * c_q13));
+    return (int32_t)(((uint64_t)atan2_q32(sine_q13, c_q13) * (uint32_t)sample_hz + 0x80000000u) >> 32);
+}
+
 #define FIRST_PART     4 /* of i_max, */
 #define LATER_PART     8 /* and once it has swung: what is left may be just at the border */
 #define BLOCK_STEPS    16u
@@ -111,7 +146,7 @@ static void count_hard(struct oscillation *o, uint32_t level_q24, int32_t i_max_
     o->hard_blocks = hard ? o->hard_blocks + 1u : 0u;
 }
 
-static enum oscillation_says answer(struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
+static enum oscillation_verdict answer(struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
 {
     if (o->only_counts || o->answered == OSCILLATION_ANSWERS_MOST) {
         return OSCILLATION_NOTHING;
@@ -132,7 +167,7 @@ static int32_t least_q12(const struct oscillation *o, int32_t i_max_q12)
     return q15_min(q15_max(part_q12, o->edge_q12), i_max_q12);
 }
 
-static enum oscillation_says judge_block(struct oscillation *o, int32_t i_max_q12)
+static enum oscillation_verdict judge_block(struct oscillation *o, int32_t i_max_q12)
 {
     const uint32_t level_q24 = (uint32_t)(o->tone.squares / BLOCK_STEPS);
     const bool loud = level_q24 * 2u > square_q24(least_q12(o, i_max_q12)) && goes_on(o, level_q24, i_max_q12);
@@ -155,7 +190,7 @@ static enum oscillation_says judge_block(struct oscillation *o, int32_t i_max_q1
 }
 
 /* Only the motion counts, not the drift of a shaft that nobody holds: differences. */
-static enum oscillation_says judge_ring(struct oscillation *o, int32_t i_max_q12)
+static enum oscillation_verdict judge_ring(struct oscillation *o, int32_t i_max_q12)
 {
     const struct tone_found found = tone_find(&o->tone);
     const uint32_t level_q24 = o->level_q24[0];
@@ -172,7 +207,7 @@ static enum oscillation_says judge_ring(struct oscillation *o, int32_t i_max_q12
     return OSCILLATION_LESS;
 }
 
-static enum oscillation_says listen_to_shaft(struct oscillation *o, int32_t seen_q12, int32_t i_max_q12)
+static enum oscillation_verdict listen_to_shaft(struct oscillation *o, int32_t seen_q12, int32_t i_max_q12)
 {
     const int32_t moved_q12 = q15_clamp(seen_q12 - o->seen_q12, -INT16_MAX, INT16_MAX);
     o->seen_q12 = seen_q12;
@@ -185,7 +220,8 @@ static enum oscillation_says listen_to_shaft(struct oscillation *o, int32_t seen
     return o->steps < LISTEN_MS ? OSCILLATION_NOTHING : judge_ring(o, i_max_q12);
 }
 
-enum oscillation_says oscillation_step(struct oscillation *o, int32_t seen_q12, int32_t demand_q15, int32_t i_max_q15)
+enum oscillation_verdict oscillation_step(struct oscillation *o, int32_t seen_q12, int32_t demand_q15,
+                                          int32_t i_max_q15)
 {
     const int32_t i_max_q12 = i_max_q15 >> 3;
     if (o->listens) {

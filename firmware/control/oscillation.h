@@ -26,14 +26,53 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/control/tone.h"
+/* ==== a tone ==== */
+
+/*
+ * Whether samples are a tone, and which: x0 + x2 = c x1 holds for every x = A cos(w n + p), with c = 2 cos w. Least squares
+ * give c, and what is left over says how little of the samples is a tone (Prony's method for one frequency).
+ */
+
+struct tone {
+    int32_t before[2];               /* the last two samples, latest first */
+    int64_t squares, products, sums; /* of x1 x1, (x0 + x2) x1, (x0 + x2)^2 */
+};
+
+struct tone_found {
+    int32_t c_q13;    /* 2 cos of the angle from sample to sample */
+    int32_t rest_q13; /* what is no tone, by the samples' squares: 0 for a tone, some 2.0 for white noise */
+};
+
+/* Range: |x| < 2^15, up to 64 samples. */
+static inline void tone_add(struct tone *t, int32_t x)
+{
+    const int32_t at = t->before[0];
+    const int32_t around = x + t->before[1];
+    t->squares += at * at;
+    t->products += (int64_t)around * at;
+    t->sums += (int64_t)around * around;
+    t->before[1] = at;
+    t->before[0] = x;
+}
+
+/* Begins a block of samples: those before it stay known. */
+static inline void tone_next(struct tone *t)
+{
+    *t = (struct tone){.before = {t->before[0], t->before[1]}};
+}
+
+/* Silence is no tone. Some hundred cycles. */
+struct tone_found tone_find(const struct tone *t);
+
+/* The frequency of `c`, at so many samples a second; as sampled, so below half of that. */
+int32_t tone_hz(int32_t c_q13, int32_t sample_hz);
 
 #define OSCILLATION_HZ 80
 #define OSCILLATION_LISTEN_SHIFT \
     3 /* a shaft that nobody holds drifts: what is seen then has fewer bits, and more range */
 #define OSCILLATION_ANSWERS_MOST 8u /* until the next switch-on: beyond it lower gains do not help */
 
-enum oscillation_says {
+enum oscillation_verdict {
     OSCILLATION_NOTHING,
     OSCILLATION_LET_GO, /* hold the mean torque and ask for nothing else while it listens */
     OSCILLATION_LESS,   /* go on with `share` of the gains, from the mean torque */
@@ -71,6 +110,7 @@ void oscillation_reset(struct oscillation *o);
 bool oscillation_is_answered(const struct oscillation *o);
 
 /* One step: the proportional part and the whole demand, limited; the former in Q9 while it listens. */
-enum oscillation_says oscillation_step(struct oscillation *o, int32_t seen_q12, int32_t demand_q15, int32_t i_max_q15);
+enum oscillation_verdict oscillation_step(struct oscillation *o, int32_t seen_q12, int32_t demand_q15,
+                                          int32_t i_max_q15);
 
 #endif

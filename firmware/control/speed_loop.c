@@ -8,7 +8,7 @@
 #define ALL_Q15          32768
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
-#define CALMEST          10u /* quarters: a sixteenth of the gains is left */
+#define REDUCTIONS_MOST  10u /* quarters: a sixteenth of the gains is left */
 #define COURSE_SHIFT     3   /* of a reference's step that its course takes at once, */
 #define BEND_SHIFT       7   /* and that bends it: 14 Hz, damped by 0.7 */
 #define SLOW_SHIFT       2   /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
@@ -70,7 +70,7 @@ void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
     s->accel_share_q15 = ALL_Q15;
     oscillation_init(&s->oscillation);
     s->notch.on = false;
-    s->calmed = 0;
+    s->reductions = 0;
     s->swings = 0;
 }
 
@@ -188,18 +188,18 @@ static int32_t feedforward_q29(const struct speed_loop *s, const struct tuning *
  * What swings has swung the integral, too: it becomes the mean of the demand. While the loop has let go of the shaft, that is
  * all, feed-forward included.
  */
-static void follow_oscillation(struct speed_loop *s, const struct tuning *t, enum oscillation_says says,
+static void follow_oscillation(struct speed_loop *s, const struct tuning *t, enum oscillation_verdict verdict,
                                int32_t moved_q16)
 {
-    if (says == OSCILLATION_NOTHING) {
+    if (verdict == OSCILLATION_NOTHING) {
         return;
     }
     s->integral_q29 = s->oscillation.mean_q15 * (1 << 14);
-    if (says == OSCILLATION_LET_GO) {
+    if (verdict == OSCILLATION_LET_GO) {
         return;
     }
     take_less(s);
-    if (says == OSCILLATION_NOTCH) {
+    if (verdict == OSCILLATION_NOTCH) {
         notch_set(&s->notch, s->oscillation.ring_c_q13, s->integral_q29);
     }
     s->integral_q29 -= feedforward_q29(s, t, moved_q16);
@@ -218,8 +218,8 @@ static void calm_estimate(struct speed_loop *s, int32_t answer_q12, int32_t i_ma
     s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
     s->swing_ms = 0;
     s->swing = -s->swing;
-    if (s->swings >= HUNT_SWINGS && s->calmed < CALMEST) {
-        s->calmed++;
+    if (s->swings >= HUNT_SWINGS && s->reductions < REDUCTIONS_MOST) {
+        s->reductions++;
         s->kp_q16 -= s->kp_q16 / 4;
         s->ki_q16 -= s->ki_q16 / 4;
     }

@@ -32,7 +32,7 @@ struct speed_loop {
     int32_t course_rpm_q15, course_step_q15; /* where the ramp goes, without its waits */
     bool estimated;                          /* the speed: not by an encoder */
     int32_t swing;                           /* +1 or -1: which way an estimate's next one goes */
-    uint32_t swing_ms, swings, calmed;
+    uint32_t swing_ms, swings, reductions;
     int32_t demand_q15; /* of the last step, within its limits */
     struct oscillation oscillation;
     struct notch notch;                                /* where the coupling rings */

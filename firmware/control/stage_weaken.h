@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The third stage in field weakening: as stage_regulate.h, with two differences. ISR, constant time.
+ * The third stage in field weakening: as current_loop_step.h, with two differences. ISR, constant time.
  *
  * Priority. Past the most torque per voltage, a machine with much reluctance has nearly all its voltage in d. So v_d may take
  * nearly all of the circle, v_q the rest: a root, no table. That works while motoring: a lack of v_q reduces i_q, and with it

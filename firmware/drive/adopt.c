@@ -24,8 +24,8 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
 {
     if (t->angle_source != a->tuning.angle_source) {
         start_forget(a);
-        a->loop.angle_offset_q32 = 0;
-        a->loop.pll.speed_q32 = 0;
+        current_loop_offset(&a->loop, 0);
+        current_loop_run(&a->loop, 0);
         speed_estimate_reset(&a->speed.estimate);
     }
     if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || t->encoder_counts != a->tuning.encoder_counts ||
@@ -39,7 +39,7 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
         a->motion.homed = false;
         cogging_forget(&a->motion.cogging);
     }
-    if (FEATURE_IN(HALL) && t->angle_source == PARAM_ANGLE_HALL) {
+    if (source_has(t->angle_source, SOURCE_SWITCHES)) {
         struct hall_table table;
         (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
         hall_take_table(&a->hall, &table, t);

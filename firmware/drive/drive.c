@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/drive/requests.h"
 #include "firmware/drive/states.h"
 #include "firmware/settings/features.h"
 #include "firmware/source/rotor.h"
@@ -31,9 +32,9 @@ static void count_time(struct axis *a)
 static bool may_be_late(struct axis *a)
 {
     if (a->beside != NULL && a->beside->identify.running) {
-        a->crowded_ms = a->time_ms;
+        a->beside_identified_ms = a->time_ms;
     }
-    return a->beside != NULL && a->time_ms - a->crowded_ms <= LOOP_START_MS;
+    return a->beside != NULL && a->time_ms - a->beside_identified_ms <= LOOP_START_MS;
 }
 
 /* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
@@ -43,7 +44,8 @@ static void watch_heartbeat(struct axis *a)
     const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
     const uint32_t most = may_be_late(a) ? (uint32_t)a->loop.loops_per_slow / 2u : 1u;
     a->heartbeat = conversions;
-    if (too_many + most > 2u * most && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
+    if (too_many + most > 2u * most &&
+        a->time_ms - a->pace_chosen_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
         fault_raise(a, FAULT_LOOP_STOPPED);
     }
 }
@@ -109,4 +111,56 @@ void drive_step(struct axis *a)
     supervision_step(a);
     reaction_step(a);
     gate_prove(&a->fabric->gate);
+}
+
+/* ==== what is shown ==== */
+
+/* What a running axis shows to others. */
+
+static int64_t target(const struct axis *a)
+{
+    return a->mode == AXIS_MODE_CYCLIC_POSITION ? a->motion.cyclic.target : a->motion.profile.target;
+}
+
+static struct drive_status status_look(const struct axis *a)
+{
+    const volatile struct current_loop *const loop = &a->loop;
+    const int32_t forward = axis_forward(a);
+    return (struct drive_status){
+        .state = a->state,
+        .fault = a->faults.cause,
+        .speed_rpm_q4 = forward * a->speed.speed_rpm_q4,
+        .speed_ref_rpm_q4 = forward * a->speed.speed_ref_rpm_q4,
+        .up_ms = axis_up_ms(a),
+        .mode = a->mode,
+        .homed = a->motion.homed,
+        .position = (int32_t)(forward * a->motion.turns.counts),
+        .target = (int32_t)(forward * position_counts(target(a), &a->tuning)),
+        .error_counts = forward * a->motion.position.error_counts,
+        .i_d_q15 = loop->i_d_q15,
+        .i_q_q15 = forward * loop->i_q_q15,
+        .i_d_ref_q15 = loop->i_d_ref_q15,
+        .i_q_ref_q15 = forward * loop->i_q_ref_q15,
+        .vbus_q15 = loop->vbus_q15,
+    };
+}
+
+/* Changes with each sample; a fabric in doubt is not sampled. */
+static uint32_t sample(const struct axis *a)
+{
+    return axis_fabric_doubted(a) ? 0u : adc_sequence(&a->fabric->adc);
+}
+
+/* The slow loop is held off, the current loop is not: what it interrupts is read again. */
+struct drive_status drive_status(const struct axis *a)
+{
+    struct drive_status status;
+    uint32_t before;
+    const uint32_t held = request_hold();
+    do {
+        before = sample(a);
+        status = status_look(a);
+    } while (sample(a) != before);
+    request_release(held);
+    return status;
 }

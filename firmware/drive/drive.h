@@ -91,11 +91,8 @@ struct outcome drive_set_zero(struct axis *a); /* the shaft's present position b
  */
 bool drive_prepare(struct axis *a);
 
-/* A host has addressed the drive. Thread. */
-static inline void drive_hear(struct axis *a)
-{
-    a->command_ms = a->time_ms;
-}
+/* True if it starts, operates or stops: the bridge is on, or about to be. Any context. */
+bool drive_is_on(const struct axis *a);
 
 /* True if parameters may change now: bridge off, no start under way. Thread; waits as requests do. */
 bool drive_is_off(const struct axis *a);

@@ -3,12 +3,72 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 #include "firmware/drive/modes.h"
 #include "firmware/drive/retune.h"
 #include "firmware/source/rotor.h"
 #include "lib/angle.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
+
+/* ==== a fault in a sample ==== */
+
+/* The current loop's interrupt ends here when a sample has a fault: the cause of what it shows. ISR, cold. */
+
+/* Switches that gave a wrong angle report it themselves later; they are named only if the drive carries on without them. */
+static enum fault blamed_for_overcurrent(const struct axis *a)
+{
+    if (rotor_has_encoder(a)) {
+        return encoder_watch_blame(a, FAULT_OVERCURRENT);
+    }
+    return rotor_has_hall(a) ? hall_watch_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
+}
+
+/* Gates first: an over-current may result from something that has just begun, but none of its causes leaves them on. */
+static void raise_overcurrent(struct axis *a)
+{
+    int32_t phase;
+    gate_disable(&a->fabric->gate);
+    if (phase_watch_suspects(a, &phase)) {
+        fault_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
+        return;
+    }
+    if (failover_absorbs_trip(a)) {
+        return;
+    }
+    const enum fault cause = blamed_for_overcurrent(a);
+    if (cause == FAULT_OVERCURRENT || !failover_from_sample(a, cause)) {
+        fault_raise(a, rotor_has_encoder(a) ? cause : FAULT_OVERCURRENT);
+    }
+}
+
+static void raise_encoder(struct axis *a)
+{
+    if (!failover_from_sample(a, FAULT_ENCODER)) {
+        fault_raise(a, FAULT_ENCODER);
+    }
+}
+
+/*
+ * First cause: hardware latches before conclusions from a sample, and the cause of an over-current before the over-current.
+ * Rare enough to branch.
+ */
+void drive_sample_fault(struct axis *a)
+{
+    const uint32_t gate = gate_status(&a->fabric->gate);
+    const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
+    if ((gate & GATE_STATUS_LATCHES) != 0u) {
+        fault_raise(a, fault_from_gate(gate));
+    } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a) && a->failover.pending == FAULT_NONE) {
+        raise_encoder(a);
+    } else if (sampled == FAULT_OVERCURRENT) {
+        raise_overcurrent(a);
+    } else if (sampled != FAULT_NONE) {
+        fault_raise(a, sampled);
+    } else if ((gate & GATE_STATUS_OVERRUN) != 0u) {
+        fault_raise(a, FAULT_LOOP_OVERRUN);
+    }
+}
 
 #define WRONG_Q32   (1u << 27) /* 11 degrees: the current was not the requested one */
 #define FADES_MS    4u         /* in this time the diodes have brought any current to zero */
@@ -88,8 +148,7 @@ static void observer_leads(struct axis *a, enum fault cause)
     leave_sensor(a, cause);
     observer_begin(c, &a->tuning);
     const uint32_t mask = cpu_irq_save();
-    c->pll.angle_q32 = c->field_angle_q32;
-    c->pll.speed_q32 = c->field_speed_q32;
+    current_loop_place(c, c->field_angle_q32, c->field_speed_q32);
     observer_preset(c, &a->tuning);
     current_loop_follow_rotor(c);
     cpu_irq_restore(mask);
@@ -141,10 +200,7 @@ static void begin_anew(struct axis *a)
     know_speed(a);
     modes_request_torque(a, torque_before_q15(a));
     const uint32_t mask = cpu_irq_save();
-    c->integral_d_q9 = 0;
-    c->integral_q_q9 = 0;
-    c->feedforward_d_steps = 0;
-    c->feedforward_q_steps = 0;
+    current_loop_drop_voltage(c);
     current_loop_follow(c, a->fabric, &a->tuning);
     cpu_irq_restore(mask);
 }
@@ -160,11 +216,11 @@ bool failover_begin(struct axis *a, enum fault cause)
     a->failover.seed = seed_now(a, cause);
     const bool reaches = observer_reaches(a, a->failover.seed.speed_q32);
     const int32_t wrong_q32 = reaches ? coast(a) : 0;
+    a->failover.pending = reaches ? cause : FAULT_NONE;
     cpu_irq_restore(mask);
     if (cause != FAULT_ENCODER_COUNTS && angle_size_q32(wrong_q32) > WRONG_Q32) {
         begin_anew(a);
     }
-    a->failover.pending = reaches ? cause : FAULT_NONE;
     return reaches;
 }
 
@@ -223,7 +279,7 @@ static void switch_on_again(struct axis *a, enum fault cause)
         fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
         return;
     }
-    a->loop.angle_offset_q32 = 0;
+    current_loop_offset(&a->loop, 0);
     flying_resume(a, angle_now_q32(a, &a->failover.seed), a->failover.seed.speed_q32);
     lead_on(a);
 }

@@ -51,10 +51,10 @@ static struct outcome sees_little(const struct axis *a)
 static struct outcome shows_nothing(const struct axis *a, uint32_t target)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
-    if (target == PARAM_ANGLE_ENCODER) {
+    if (source_has(target, SOURCE_COUNTS)) {
         return outcome_of((encoder_status(encoder) & ENCODER_LOST) != 0u ? ERROR_SOURCE_ENCODER : ERROR_NONE);
     }
-    if (target == PARAM_ANGLE_HALL) {
+    if (source_has(target, SOURCE_SWITCHES)) {
         const bool valid = hall_state_is_valid(&a->hall, encoder_hall_latched(encoder));
         return outcome_of(valid ? ERROR_NONE : ERROR_SOURCE_HALL);
     }
@@ -69,10 +69,10 @@ struct outcome handover_forbidden(const struct axis *a, uint32_t target)
     if (a->mode != AXIS_MODE_SPEED && a->mode != AXIS_MODE_TORQUE) {
         return outcome_of(ERROR_SOURCE_MODE);
     }
-    if (target != PARAM_ANGLE_ENCODER && a->tuning.weakens) {
+    if (!source_has(target, SOURCE_WEAKENS) && a->tuning.weakens) {
         return outcome_of(ERROR_SOURCE_WEAKENS);
     }
-    if (target == PARAM_ANGLE_SENSORLESS && a->tuning.reluctant) {
+    if (source_has(target, SOURCE_ESTIMATES) && a->tuning.reluctant) {
         return outcome_of(ERROR_SOURCE_RELUCTANT);
     }
     if (!rotor_is_known(a)) {
@@ -143,10 +143,10 @@ struct outcome drive_change_source(struct axis *a, uint32_t target)
         return outcome_of(ERROR_NOT_OPERATING);
     }
     struct outcome problem = handover_tune(a, target);
-    if (problem.error == ERROR_NONE && target == PARAM_ANGLE_ENCODER) {
+    if (problem.error == ERROR_NONE && source_has(target, SOURCE_COUNTS)) {
         wake_encoder(a);
     }
-    if (problem.error == ERROR_NONE && target == PARAM_ANGLE_HALL) {
+    if (problem.error == ERROR_NONE && source_has(target, SOURCE_SWITCHES)) {
         wake_hall(a);
     }
     if (problem.error == ERROR_NONE) {
@@ -241,9 +241,9 @@ static void look_at_sample(struct axis *a)
     if (!read_sample(a, &s) || s.sequence == h->sequence) {
         return;
     }
-    if (h->target == PARAM_ANGLE_ENCODER) {
+    if (source_has(h->target, SOURCE_COUNTS)) {
         look_at_encoder(h, s.angle_q32 - s.count * a->loop.encoder_scale_q32);
-    } else if (h->target == PARAM_ANGLE_HALL) {
+    } else if (source_has(h->target, SOURCE_SWITCHES)) {
         look_at_hall(a, s.state, s.angle_q32);
     }
     h->travel_q32 += h->looks == 0u ? 0 : (int32_t)(s.angle_q32 - h->angle_q32);
@@ -255,7 +255,7 @@ static void look_at_sample(struct axis *a)
 static bool seen_enough(const struct handover *h)
 {
     const bool turned = (h->travel_q32 < 0 ? -h->travel_q32 : h->travel_q32) >> 32 != 0;
-    if (h->target == PARAM_ANGLE_SENSORLESS && h->states < EMF_LEAST) {
+    if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_LEAST) {
         return false;
     }
     return turned && h->looks >= LOOKS_LEAST;
@@ -274,7 +274,7 @@ static bool all_states(const struct axis *a)
 static struct outcome handover_judge(const struct axis *a)
 {
     const struct handover *const h = &a->handover;
-    if (h->target == PARAM_ANGLE_HALL && !all_states(a)) {
+    if (source_has(h->target, SOURCE_SWITCHES) && !all_states(a)) {
         return outcome_of(ERROR_SOURCE_HALL);
     }
     if (h->apart_q32 > APART_Q32) {
@@ -306,7 +306,7 @@ static void ask_slow_loop(struct axis *a)
     if (problem.error != ERROR_NONE) {
         end(h, problem);
     } else if (a->request == AXIS_REQUEST_NONE) {
-        if (h->target == PARAM_ANGLE_ENCODER && !h->offset_known) {
+        if (source_has(h->target, SOURCE_COUNTS) && !h->offset_known) {
             h->offset_q32 = h->first_q32 + (uint32_t)(int32_t)(h->sum_q32 / (int32_t)h->looks);
         }
         h->asked = true;
@@ -318,7 +318,7 @@ static void ask_slow_loop(struct axis *a)
 static void handover_look(struct axis *a)
 {
     struct handover *const h = &a->handover;
-    if (h->target == PARAM_ANGLE_SENSORLESS) {
+    if (source_has(h->target, SOURCE_ESTIMATES)) {
         handover_look_at_emf(a);
     }
     look_at_sample(a);

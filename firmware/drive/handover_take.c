@@ -29,7 +29,7 @@ static void leave(struct axis *a)
 
 static void by_encoder(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const uint32_t count_q32 = encoder_latched(&a->fabric->encoder) * c->encoder_scale_q32;
     const struct pll rotor = {count_q32 + (uint32_t)c->pll.speed_q32, c->pll.speed_q32};
     current_loop_hand_over(c, LOOP_ENCODER, &rotor, a->handover.offset_q32);
@@ -38,7 +38,7 @@ static void by_encoder(struct axis *a)
 /* The frame stays where it is, and the switches keep it within its sector. */
 static void by_hall(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const struct pll rotor = {current_loop_angle_q32(c), c->pll.speed_q32};
     current_loop_hand_over(c, LOOP_HALL, &rotor, 0);
     hall_resume(&a->hall, c, &a->fabric->encoder, a->torque.torque_q15);
@@ -46,7 +46,7 @@ static void by_hall(struct axis *a)
 
 static void by_observer(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const struct pll rotor = {current_loop_angle_q32(c), c->pll.speed_q32};
     c->inject.track = 0; /* left over from an earlier use */
     current_loop_hand_over(c, LOOP_OBSERVER, &rotor, 0);
@@ -81,9 +81,9 @@ static void change(struct axis *a)
     emf_pulse_wait(a->fabric, 1);
     const uint32_t mask = cpu_irq_save();
     leave(a);
-    if (target == PARAM_ANGLE_ENCODER) {
+    if (source_has(target, SOURCE_COUNTS)) {
         by_encoder(a);
-    } else if (target == PARAM_ANGLE_HALL) {
+    } else if (source_has(target, SOURCE_SWITCHES)) {
         by_hall(a);
     } else {
         by_observer(a);
@@ -91,7 +91,7 @@ static void change(struct axis *a)
     cpu_irq_restore(mask);
     retune_source(a, target, a->handover.speed_ki_min_q16);
     current_loop_adopt(&a->loop, a->fabric, &a->tuning);
-    if (target == PARAM_ANGLE_ENCODER) {
+    if (source_has(target, SOURCE_COUNTS)) {
         begin_encoder(a);
     }
     a->speed.integral_q29 += (known_q15 - known_torque_q15(a)) * (1 << 14);

@@ -10,6 +10,7 @@
 
 struct mode {
     bool needs_encoder;
+    bool needs_sensor; /* an encoder or Hall switches: its step leads no field, nor tells the observer of the ramp */
     struct outcome (*check)(const struct axis *a, int32_t value); /* of a set-point; slow loop held. Thread */
     void (*enter)(struct axis *a);                                /* from any other, bumpless; may be NULL. Slow loop */
     void (*aim)(struct axis *a, const struct set_point *s);       /* at a set-point, once entered. Slow loop */
@@ -29,7 +30,7 @@ static inline struct outcome mode_within(int32_t x, int32_t limit, enum error er
 /* A set-point of a cyclic mode, which may begin between two steps (control/cyclic.h). Slow loop. */
 void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target);
 
-/* What the speed loop may ask for beside the feed-forward torque, which is returned (modes_control.c). Slow loop. */
+/* What the speed loop may ask for beside the feed-forward torque, which is returned (modes.c). Slow loop. */
 int32_t mode_room_beside_known(struct axis *a, struct interval *room);
 
 #endif

@@ -43,4 +43,5 @@ static const struct set_point *csv_step(struct axis *a)
     return NULL;
 }
 
-const struct mode mode_cyclic_speed = {.check = pv_check, .enter = csv_enter, .aim = csv_aim, .step = csv_step};
+const struct mode mode_cyclic_speed = {
+    .needs_sensor = true, .check = pv_check, .enter = csv_enter, .aim = csv_aim, .step = csv_step};

@@ -64,4 +64,5 @@ static const struct set_point *cst_step(struct axis *a)
     return NULL;
 }
 
-const struct mode mode_cyclic_torque = {.check = tq_check, .enter = cst_enter, .aim = cst_aim, .step = cst_step};
+const struct mode mode_cyclic_torque = {
+    .needs_sensor = true, .check = tq_check, .enter = cst_enter, .aim = cst_aim, .step = cst_step};

@@ -17,13 +17,22 @@ static const struct mode *const modes_table[AXIS_MODES] = {
     [AXIS_MODE_LEARNING] = FEATURE_IN(LEARN) ? &mode_learning : NULL,
 };
 
+struct outcome modes_available(const struct axis *a, uint32_t mode)
+{
+    const struct mode *const m = modes_table[mode];
+    if (m == NULL) {
+        return feature_absent(mode == AXIS_MODE_LEARNING ? FEATURE_LEARN : FEATURE_POSITION);
+    }
+    if (m->needs_sensor && rotor_is_sensorless(a)) {
+        return outcome_of(ERROR_NEEDS_SENSOR);
+    }
+    return m->needs_encoder && !rotor_has_encoder(a) ? outcome_of(ERROR_NEEDS_ENCODER) : OUTCOME_OK;
+}
+
 struct outcome modes_check(const struct axis *a, const struct set_point *s)
 {
-    const struct mode *const m = modes_table[s->mode];
-    if (m == NULL) {
-        return feature_absent(s->mode == AXIS_MODE_LEARNING ? FEATURE_LEARN : FEATURE_POSITION);
-    }
-    return m->needs_encoder && !rotor_has_encoder(a) ? outcome_of(ERROR_NEEDS_ENCODER) : m->check(a, s->value);
+    const struct outcome available = modes_available(a, s->mode);
+    return available.error != ERROR_NONE ? available : modes_table[s->mode]->check(a, s->value);
 }
 
 void modes_enter(struct axis *a, enum axis_mode mode)

@@ -71,6 +71,9 @@ static inline bool axis_mode_is_position(uint32_t mode)
     return mode == AXIS_MODE_POSITION || mode == AXIS_MODE_CYCLIC_POSITION;
 }
 
+/* Whether an enum axis_mode is built in and has the sensor that it needs. Thread. */
+struct outcome modes_available(const struct axis *a, uint32_t mode);
+
 /* Whether a set-point is allowed now. Slow loop held. Thread. */
 struct outcome modes_check(const struct axis *a, const struct set_point *s);
 

@@ -3,34 +3,21 @@
 
 #include <stddef.h>
 
+#include "drivers/cortex/cpu.h"
+#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
+#include "firmware/monitor/device.h"
+#include "firmware/settings/features.h"
 #include "firmware/source/rotor.h"
+#include "lib/q15.h"
 #include "lib/trig.h"
+
+#define FAULT_STORED(number, name, code, allowed, initial, retry, stored, ...) [FAULT_##name] = (stored),
 
 const char *nvm_name_of_fault(enum fault cause)
 {
-    static const char *const names[FAULT_COUNT] = {
-        [FAULT_ENCODER] = "encoder",
-        [FAULT_OVERSPEED] = "over-speed",
-        [FAULT_STALL] = "stall",
-        [FAULT_ENCODER_SLIP] = "encoder_slip",
-        [FAULT_ENCODER_DEAD] = "encoder_dead",
-        [FAULT_ENCODER_COUNTS] = "encoder_counts",
-        [FAULT_SPEED_DEVIATION] = "speed_deviation",
-        [FAULT_OVERTEMPERATURE] = "over-temperature",
-        [FAULT_INVERTER_OVERLOAD] = "inverter_overload",
-        [FAULT_VOLTAGE_LIMIT] = "voltage_limit",
-        [FAULT_LIMIT_CYCLE] = "limit_cycle",
-        [FAULT_OSCILLATION] = "oscillation",
-        [FAULT_FOLLOWING_ERROR] = "following_error",
-        [FAULT_HOMING] = "homing",
-        [FAULT_HALL_INVALID] = "hall_state",
-        [FAULT_HALL_SEQUENCE] = "hall_sequence",
-        [FAULT_COMMAND_TIMEOUT] = "command_time-out",
-        [FAULT_MASTER_LOST] = "master_lost",
-        [FAULT_THREAD_STOPPED] = "thread_stopped",
-    };
+    static const char *const names[FAULT_COUNT] = {FAULTS(FAULT_STORED)};
     return cause < FAULT_COUNT ? names[cause] : NULL;
 }
 
@@ -41,9 +28,7 @@ struct outcome drive_defaults(struct axis *a)
     }
     params_init(&a->params);
     a->nvm_afresh = true;
-    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        a->reactions.choice[cause] = fault_class((enum fault)cause)->initial;
-    }
+    fault_initial_choices(a->reactions.choice);
     return OUTCOME_OK;
 }
 
@@ -73,4 +58,470 @@ void drive_restore_cogging(struct axis *a)
     a->motion.cogging = k->map;
     k->pending = false;
     request_release(held);
+}
+
+/* ==== loading ==== */
+
+/* From a slot to an axis: first into a separate set, which is checked, then into the axis. */
+
+#define PARAMETERS_MOST 128u
+#define HARMONIC_BYTES  12u
+
+struct candidate {
+    struct params params;
+    struct tuning tuning;
+    uint32_t seen[PARAMETERS_MOST / 32u]; /* a bit for each row of the table */
+    uint8_t choice[FAULT_COUNT];
+    bool index_known;
+    uint32_t index_offset_q32;
+    struct cogging_map cogging;
+};
+
+static void copy_name(char *to, const char *from)
+{
+    uint32_t n = 0;
+    for (; from[n] != '\0'; n++) {
+        to[n] = from[n];
+    }
+    to[n] = '\0';
+}
+
+static void pass_over(struct nvm_report *k, const struct record *r)
+{
+    if (k->unknown == 0u) {
+        copy_name(k->first_unknown, r->name);
+    }
+    k->unknown++;
+}
+
+static enum error take_parameter(struct candidate *c, const struct record *r)
+{
+    if (r->value_bytes != 4u) {
+        return ERROR_STORED_FORMAT;
+    }
+    const struct param_info *const info = param_find(r->name);
+    const int32_t value = record_word(r, 0);
+    if (value < info->min || value > info->max) {
+        return ERROR_STORED_RANGE;
+    }
+    param_set(&c->params, info, value);
+    const uint32_t row = (uint32_t)(info - param_table);
+    c->seen[row / 32u] |= 1u << (row % 32u);
+    return ERROR_NONE;
+}
+
+static enum fault fault_named(const char *name)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        const char *const its = nvm_name_of_fault((enum fault)cause);
+        if (its != NULL && record_name_is(its, name)) {
+            return (enum fault)cause;
+        }
+    }
+    return FAULT_COUNT;
+}
+
+static enum error take_reaction(struct candidate *c, const struct record *r)
+{
+    const enum fault cause = fault_named(r->name);
+    if (r->value_bytes != 1u) {
+        return ERROR_STORED_FORMAT;
+    }
+    if (r->value[0] >= REACTION_COUNT || ((fault_class(cause)->allowed >> r->value[0]) & 1u) == 0u) {
+        return ERROR_REACTION_NOT_ALLOWED;
+    }
+    c->choice[cause] = r->value[0];
+    return ERROR_NONE;
+}
+
+/* What this image has instead is still what it begins with. */
+static bool parameter_is_foreign(const struct record *r, const struct params *own)
+{
+    const struct param_info *const info = param_find(r->name);
+    if (info == NULL || r->value_bytes != 4u) {
+        return info == NULL;
+    }
+    const int32_t value = record_word(r, 0);
+    const bool chosen = own != NULL && param_get(own, info) != info->initial;
+    return !chosen && value >= info->min && value <= info->max && features_allow(info, value).error != ERROR_NONE;
+}
+
+static bool reaction_is_foreign(const struct record *r, const struct reactions *own)
+{
+    const enum fault cause = fault_named(r->name);
+    if (cause == FAULT_COUNT || r->value_bytes != 1u) {
+        return cause == FAULT_COUNT;
+    }
+    const bool chosen = own != NULL && own->choice[cause] != fault_class(cause)->initial;
+    return !chosen && fault_choice_is_absent(cause, (enum reaction)r->value[0]);
+}
+
+bool nvm_is_foreign(const struct record *r, const struct axis *own)
+{
+    switch (r->kind) {
+    case RECORD_PARAMETER:
+        return parameter_is_foreign(r, own != NULL ? &own->params : NULL);
+    case RECORD_REACTION:
+        return reaction_is_foreign(r, own != NULL ? &own->reactions : NULL);
+    case RECORD_INDEX:
+    case RECORD_COGGING:
+        return own != NULL && !FEATURE_IN(ENCODER);
+    default:
+        return true;
+    }
+}
+
+static enum error take_cogging(struct candidate *c, const struct record *r)
+{
+    const uint32_t count = r->value_bytes / HARMONIC_BYTES;
+    if (r->value_bytes != count * HARMONIC_BYTES || count > COGGING_HARMONICS) {
+        return ERROR_STORED_FORMAT;
+    }
+    c->cogging.count = (int32_t)count;
+    for (uint32_t n = 0; n < count; n++) {
+        c->cogging.harmonics[n] = (struct cogging_harmonic){(uint32_t)record_word(r, 3u * n),
+                                                            record_word(r, 3u * n + 1u), record_word(r, 3u * n + 2u)};
+    }
+    return ERROR_NONE;
+}
+
+static enum error stored_take(struct candidate *c, struct nvm_report *k, const struct record *r)
+{
+    if (nvm_is_foreign(r, NULL)) {
+        pass_over(k, r);
+        return ERROR_NONE;
+    }
+    switch (r->kind) {
+    case RECORD_PARAMETER:
+        return take_parameter(c, r);
+    case RECORD_REACTION:
+        return take_reaction(c, r);
+    case RECORD_COGGING:
+        return take_cogging(c, r);
+    case RECORD_INDEX:
+        c->index_known = r->value_bytes == 4u;
+        c->index_offset_q32 = c->index_known ? (uint32_t)record_word(r, 0) : 0u;
+        return c->index_known ? ERROR_NONE : ERROR_STORED_FORMAT;
+    default:
+        return ERROR_NONE;
+    }
+}
+
+static void set_initial(struct candidate *c)
+{
+    *c = (struct candidate){.index_known = false};
+    params_init(&c->params);
+    fault_initial_choices(c->choice);
+}
+
+static uint32_t count_missing(const struct candidate *c)
+{
+    uint32_t missing = 0;
+    for (uint32_t row = 0; row < param_count; row++) {
+        missing += (c->seen[row / 32u] >> (row % 32u)) & 1u ? 0u : 1u;
+    }
+    return missing;
+}
+
+static enum error read_records(struct candidate *c, const struct slots *s, struct nvm_report *k)
+{
+    struct record_reader reader = records_read(slots_records(s, k->view.newest), k->view.records_bytes[k->view.newest]);
+    struct record r;
+    while (record_next(&reader, &r)) {
+        const enum error problem = stored_take(c, k, &r);
+        if (problem != ERROR_NONE) {
+            copy_name(k->about, r.name);
+            return problem;
+        }
+    }
+    k->missing = count_missing(c);
+    return reader.broken ? ERROR_STORED_FORMAT : ERROR_NONE;
+}
+
+struct outcome nvm_check(const struct params *p, struct tuning *t)
+{
+    const struct outcome problem = tuning_compute(p, t);
+    return problem.error == ERROR_NONE ? tuning_check_motor(p) : problem;
+}
+
+/* The index counts in the encoder scale in effect: the set's scale comes first. Slow loop held. */
+static void stored_take_over(struct axis *a, const struct candidate *c)
+{
+    a->params = c->params;
+    a->nvm_afresh = false;
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        a->reactions.choice[cause] = c->choice[cause];
+    }
+    if (axis_fabric_doubted(a) || !source_has((uint32_t)c->params.angle_source, SOURCE_COUNTS)) {
+        return;
+    }
+    if (c->index_known || c->cogging.count > 0) {
+        adopt_tuning(a, &c->tuning);
+    }
+    if (c->index_known && !a->start.aligned) { /* what was found in this run is newer */
+        a->start.index_offset_q32 = c->index_offset_q32;
+        a->start.index_known = true;
+    }
+    a->nvm_cogging = (struct nvm_cogging){c->cogging, c->cogging.count > 0};
+}
+
+void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report *k)
+{
+    *k = (struct nvm_report){.state = NVM_NOTHING, .problem = outcome_of(ERROR_NOTHING_STORED), .view = slots_look(s)};
+    if (!k->view.any) {
+        return;
+    }
+    struct candidate c;
+    set_initial(&c);
+    k->problem = outcome_of(read_records(&c, s, k));
+    if (k->problem.error == ERROR_NONE) {
+        c.tuning = a->tuning; /* padding included: an axis must hold no stack bytes */
+        k->problem = nvm_check(&c.params, &c.tuning);
+    }
+    k->state = k->problem.error == ERROR_NONE ? NVM_LOADED : NVM_REFUSED;
+    if (k->state == NVM_LOADED) {
+        const uint32_t held = request_hold();
+        stored_take_over(a, &c);
+        request_release(held);
+    }
+}
+
+struct outcome drive_load(struct axis *a, const struct slots *s, struct nvm_report *k)
+{
+    if (!drive_is_off(a)) {
+        *k = (struct nvm_report){.state = NVM_NOTHING};
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    drive_load_at_boot(a, s, k);
+    return k->problem;
+}
+
+/* ==== saving ==== */
+
+/* From an axis to a slot, page by page. */
+
+#define WAKES_MOST 1000u /* of the thread, within which the slow loop should have advanced its clock: at least 12 ms */
+
+struct saving {
+    struct axis *axis;
+    struct slot_writer writer;
+    enum error problem;
+    bool worn;
+};
+
+static const enum error error_of_envm[ENVM_RESULTS] = {
+    [ENVM_DONE] = ERROR_NONE,
+    [ENVM_WORN] = ERROR_NONE,
+    [ENVM_NOT_GRANTED] = ERROR_ENVM_NOT_GRANTED,
+    [ENVM_TIMED_OUT] = ERROR_ENVM_TIMED_OUT,
+    [ENVM_DENIED] = ERROR_ENVM_DENIED,
+    [ENVM_BUSY] = ERROR_ENVM_BUSY,
+    [ENVM_LOCKED] = ERROR_ENVM_LOCKED,
+    [ENVM_ERASE_FAILED] = ERROR_ENVM_ERASE,
+    [ENVM_WRITE_FAILED] = ERROR_ENVM_WRITE,
+    [ENVM_VERIFY_FAILED] = ERROR_ENVM_VERIFY,
+};
+
+/* Programming a page serves the watchdog, so only while the slow loop runs. This also lets pending interrupts run. */
+static bool slow_loop_lives(const struct axis *a)
+{
+    const uint32_t before_ms = a->time_ms;
+    for (uint32_t wake = 0; wake < WAKES_MOST; wake++) {
+        cpu_wait_for_interrupt();
+        if (a->time_ms != before_ms) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Conversions go unanswered while a page is programmed: the slow loop must not take that for a stopped current loop. */
+static void excuse(struct axis *a)
+{
+    a->pace_chosen_ms = a->time_ms;
+}
+
+static void program(struct saving *x)
+{
+    if (x->problem != ERROR_NONE) {
+        return;
+    }
+    if (!slow_loop_lives(x->axis)) {
+        x->problem = ERROR_BUSY;
+        return;
+    }
+    const uint32_t mask = cpu_irq_save();
+    const enum envm_result result = envm_program_page(x->writer.page_offset, x->writer.page);
+    excuse(x->axis);
+    if (x->axis->beside != NULL) {
+        excuse(x->axis->beside);
+    }
+    cpu_irq_restore(mask);
+    x->problem = error_of_envm[result];
+    x->worn = x->worn || result == ENVM_WORN;
+}
+
+static void storing_put(struct saving *x, const void *bytes, uint32_t count)
+{
+    const uint8_t *const b = bytes;
+    for (uint32_t n = 0; n < count && x->problem == ERROR_NONE; n++) {
+        if (slot_put(&x->writer, b[n])) {
+            program(x);
+            slot_next(&x->writer);
+        }
+    }
+}
+
+static void put_record(struct saving *x, uint32_t kind, const char *name, const void *value, uint32_t bytes)
+{
+    uint8_t head[RECORD_HEAD_BYTES];
+    const uint32_t name_bytes = record_name_bytes(name);
+    if (!slot_has_room(&x->writer, RECORD_HEAD_BYTES + name_bytes + bytes) && x->problem == ERROR_NONE) {
+        x->problem = ERROR_SAVE_FULL;
+    }
+    record_head(head, kind, name, bytes);
+    storing_put(x, head, sizeof head);
+    storing_put(x, name, name_bytes);
+    storing_put(x, value, bytes);
+}
+
+static void put_parameters(struct saving *x)
+{
+    for (size_t n = 0; n < param_count; n++) {
+        const int32_t value = param_get(&x->axis->params, &param_table[n]);
+        put_record(x, RECORD_PARAMETER, param_table[n].name, &value, sizeof value);
+    }
+}
+
+static void put_reactions(struct saving *x)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        const char *const name = nvm_name_of_fault((enum fault)cause);
+        if (name != NULL) {
+            put_record(x, RECORD_REACTION, name, &x->axis->reactions.choice[cause], 1u);
+        }
+    }
+}
+
+/* What the newest slot has of another image, which may come back. */
+static void put_foreign(struct saving *x, const struct slots *s, const struct slots_view *view)
+{
+    if (!view->any || x->axis->nvm_afresh) {
+        return;
+    }
+    struct record_reader reader = records_read(slots_records(s, view->newest), view->records_bytes[view->newest]);
+    struct record r;
+    while (record_next(&reader, &r)) {
+        if (nvm_is_foreign(&r, x->axis)) {
+            put_record(x, r.kind, r.name, r.value, r.value_bytes);
+        }
+    }
+}
+
+/* Both are relative to the index, in the scale they were learned in: is that the set's scale? */
+static bool of_this_encoder(const struct axis *a, const struct tuning *set)
+{
+    return rotor_has_encoder(a) && set->angle_source == a->tuning.angle_source && !axis_fabric_doubted(a) &&
+           set->encoder_scale_q32 == a->tuning.encoder_scale_q32 && set->encoder_counts == a->tuning.encoder_counts &&
+           !identify_in_rotor_frame(&a->identify);
+}
+
+static void put_index(struct saving *x)
+{
+    const struct start *const s = &x->axis->start;
+    if (s->index_known) {
+        put_record(x, RECORD_INDEX, "index", &s->index_offset_q32, sizeof s->index_offset_q32);
+    }
+}
+
+/* True if there is a map but nothing to count it from. */
+static bool put_cogging(struct saving *x)
+{
+    const struct axis *const a = x->axis;
+    struct cogging_map map = a->nvm_cogging.pending ? a->nvm_cogging.map : a->motion.cogging;
+    if (map.count == 0) {
+        return false;
+    }
+    if (!a->nvm_cogging.pending) {
+        if ((encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) == 0u) {
+            return true;
+        }
+        nvm_rotate_cogging(&map, encoder_index(&a->fabric->encoder) * a->tuning.turn_scale_q32);
+    }
+    put_record(x, RECORD_COGGING, "cogging", map.harmonics, (uint32_t)map.count * sizeof map.harmonics[0]);
+    return false;
+}
+
+/* Programming keeps the core from every interrupt. */
+static bool is_at_rest(const struct axis *a)
+{
+    return drive_is_off(a) && q15_abs(a->speed.speed_rpm_q4) <= AXIS_STANDSTILL_RPM_Q4;
+}
+
+static struct outcome state_forbids(const struct axis *a, struct tuning *set)
+{
+    if (!drive_is_off(a)) {
+        return outcome_of(ERROR_SAVE_WHILE_ON);
+    }
+    if (device_fault() == FAULT_CLOCK) {
+        return outcome_of(ERROR_ENVM_CLOCK);
+    }
+    if (q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4) {
+        return outcome_of(ERROR_TURNING);
+    }
+    if (a->beside != NULL && !is_at_rest(a->beside)) {
+        return outcome_of(ERROR_SAVE_BESIDE_ON);
+    }
+    return nvm_check(&a->params, set);
+}
+
+struct outcome drive_may_save(const struct axis *a)
+{
+    struct tuning unused = a->tuning;
+    return state_forbids(a, &unused);
+}
+
+/* The head makes it a slot, so it comes last. */
+static void storing_finish(struct saving *x)
+{
+    if (slot_pad(&x->writer)) {
+        program(x);
+        slot_next(&x->writer);
+    }
+    slot_head(&x->writer);
+    program(x);
+}
+
+/* Checks the array itself, not what was sent to it. */
+static bool is_stored(const struct slots *s, const struct slot_writer *w)
+{
+    const struct slots_view view = slots_look(s);
+    return view.any && view.newest == w->slot && view.number[w->slot] == w->number;
+}
+
+struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *report)
+{
+    struct tuning set = a->tuning;
+    const struct outcome forbidden = state_forbids(a, &set);
+    if (forbidden.error != ERROR_NONE) {
+        return forbidden;
+    }
+    struct saving x = {.axis = a};
+    const struct slots_view view = slots_look(s);
+    slot_begin(&x.writer, s, &view);
+    put_parameters(&x);
+    put_reactions(&x);
+    bool dropped = a->motion.cogging.count > 0;
+    if (of_this_encoder(a, &set)) {
+        put_index(&x);
+        dropped = put_cogging(&x);
+    }
+    put_foreign(&x, s, &view);
+    storing_finish(&x);
+    *report = (struct saved){x.writer.slot, x.writer.number, x.worn, dropped};
+    if (x.problem == ERROR_NONE && !is_stored(s, &x.writer)) {
+        x.problem = ERROR_ENVM_VERIFY;
+    }
+    a->nvm_afresh = a->nvm_afresh && x.problem != ERROR_NONE;
+    return outcome_of(x.problem);
 }

@@ -5,14 +5,12 @@
 #include "firmware/drive/failover.h"
 #include "firmware/drive/retune.h"
 
-#define SOFTENED_MOST 5u /* of 0.7 each: tolerates an inertia parameter five times too large */
+#define GAIN_REDUCTIONS_MOST 5u /* of 0.7 each: tolerates an inertia parameter five times too large */
 
 void reaction_init(struct reactions *r)
 {
     *r = (struct reactions){.stopping = false};
-    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        r->choice[cause] = fault_class((enum fault)cause)->initial;
-    }
+    fault_initial_choices(r->choice);
 }
 
 static bool can_stop(const struct axis *a)
@@ -34,12 +32,12 @@ static enum reaction choice_now(struct axis *a, enum fault cause)
 }
 
 /* The likely cause of a limit cycle is an inertia parameter that is too large. False if softer gains have not helped so far. */
-static bool soften(struct axis *a)
+static bool reduce_speed_gain(struct axis *a)
 {
-    if (a->reactions.softened == SOFTENED_MOST) {
+    if (a->reactions.gain_reductions == GAIN_REDUCTIONS_MOST) {
         return false;
     }
-    a->reactions.softened++;
+    a->reactions.gain_reductions++;
     retune_softened(a);
     return true;
 }
@@ -47,7 +45,7 @@ static bool soften(struct axis *a)
 static void react(struct axis *a, const struct fault_report *r)
 {
     const enum fault cause = failover_blame(a, r->cause);
-    if (cause == FAULT_LIMIT_CYCLE && soften(a)) {
+    if (cause == FAULT_LIMIT_CYCLE && reduce_speed_gain(a)) {
         fault_warn(a, cause);
         return;
     }

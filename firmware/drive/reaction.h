@@ -16,7 +16,7 @@ struct axis;
 
 struct reactions {
     uint8_t choice[FAULT_COUNT]; /* enum reaction: the thread's, bridge off */
-    uint32_t softened;           /* how often a limit cycle has reduced the speed loop's gains since `on` */
+    uint32_t gain_reductions;    /* how often a limit cycle has reduced the speed loop's gains since `on` */
     volatile bool stopping;      /* a fault is latched, and a quick stop is under way: the slow loop's */
 };
 

@@ -46,13 +46,13 @@ static bool beside_identifies(const struct axis *a)
 
 static bool beside_catches(const struct axis *a)
 {
-    return a->beside != NULL && a->beside->tuning.angle_source != PARAM_ANGLE_ENCODER &&
+    return a->beside != NULL && source_has(a->beside->tuning.angle_source, SOURCE_CATCHES) &&
            (a->beside->switching.under_way || a->beside->state == AXIS_SWITCHED_ON);
 }
 
 enum error drive_state_forbids_on(const struct axis *a)
 {
-    if (beside_identifies(a) && a->params.angle_source != PARAM_ANGLE_ENCODER) {
+    if (beside_identifies(a) && source_has((uint32_t)a->params.angle_source, SOURCE_CATCHES)) {
         return ERROR_IDENTIFY_BESIDE;
     }
     if (a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION || a->faults.cause != FAULT_NONE) {
@@ -74,8 +74,8 @@ struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuni
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);
     }
-    /* Hall switches and observer catch a turning rotor. The speed may be that of the encoder which was used until now. */
-    const bool caught = t->angle_source != PARAM_ANGLE_ENCODER;
+    /* The speed may be that of the encoder which was used until now. */
+    const bool caught = source_has(t->angle_source, SOURCE_CATCHES);
     const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !caught;
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
@@ -148,11 +148,11 @@ struct outcome drive_switch_off(struct axis *a)
     return OUTCOME_OK;
 }
 
-/* Starting, operating, or stopping already. */
-static bool has_bridge_on(const struct axis *a)
+bool drive_is_on(const struct axis *a)
 {
-    return a->state == AXIS_READY || a->state == AXIS_SWITCHED_ON || a->state == AXIS_OPERATION_ENABLED ||
-           a->state == AXIS_QUICK_STOP;
+    const uint32_t state = a->state;
+    return state == AXIS_READY || state == AXIS_SWITCHED_ON || state == AXIS_OPERATION_ENABLED ||
+           state == AXIS_QUICK_STOP;
 }
 
 /* What waits to switch on is stopped, too. */
@@ -164,7 +164,7 @@ struct outcome drive_quick_stop(struct axis *a)
         return outcome_of(ERROR_BUSY);
     }
     const uint32_t held = request_hold();
-    const bool on = has_bridge_on(a);
+    const bool on = drive_is_on(a);
     if (on) {
         a->request = AXIS_REQUEST_QUICK_STOP;
     }
@@ -203,11 +203,13 @@ static enum error clear_latches(struct axis *a)
 
 struct outcome drive_clear_fault(struct axis *a)
 {
+    const bool waited = a->retry.due; /* cleared already, but it would have started again */
     retry_forget(&a->retry);
-    if (a->faults.cause != FAULT_NONE) {
-        switching_end(&a->switching, ERROR_FAULT_LATCHED); /* an `on` that the fault has overtaken */
+    if (a->faults.cause != FAULT_NONE || waited) {
+        switching_end(&a->switching, ERROR_FAULT_LATCHED); /* what the fault has overtaken, or a retry */
     }
-    return drive_clear_latches(a);
+    const struct outcome outcome = drive_clear_latches(a);
+    return waited && outcome.error == ERROR_NO_FAULT ? OUTCOME_OK : outcome;
 }
 
 struct outcome drive_clear_latches(struct axis *a)

@@ -59,6 +59,7 @@ static void count_good_time(struct axis *a)
 
 void drive_retry(struct axis *a)
 {
+    owner_follow(a);
     count_good_time(a);
     if (!target_is_allowed(a)) {
         drive_withdraw(a);

@@ -8,11 +8,9 @@
 #include "firmware/drive/start_parts.h"
 #include "firmware/settings/features.h"
 
-static const struct start_source *const start_sources[] = {
-    [PARAM_ANGLE_ENCODER] = FEATURE_IN(ENCODER) ? &start_by_encoder : NULL,
-    [PARAM_ANGLE_SENSORLESS] = FEATURE_IN(SENSORLESS) ? &start_by_observer : NULL,
-    [PARAM_ANGLE_HALL] = FEATURE_IN(HALL) ? &start_by_hall : NULL,
-};
+#define SOURCE_START(name, feature, start, properties) FEATURE_IN(feature) ? &start_by_##start : NULL,
+
+static const struct start_source *const start_sources[] = {SOURCES(SOURCE_START)};
 
 /* The tuning has refused a source that the build leaves out. */
 static const struct start_source *source_of(const struct axis *a)
@@ -29,38 +27,11 @@ void start_forget(struct axis *a)
     a->start.wired = false;
 }
 
-/* The encoder's count no longer matches the alignment. */
-static bool loses_count(enum fault cause)
-{
-    return cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
-           cause == FAULT_ENCODER_COUNTS;
-}
-
-/* What a wrong offset may look like, by whatever name: not a cable that is cut, which the signals show. */
-static bool may_be_offset(enum fault cause)
-{
-    return (loses_count(cause) && cause != FAULT_ENCODER) || cause == FAULT_STALL || cause == FAULT_SPEED_DEVIATION ||
-           cause == FAULT_OVERSPEED || cause == FAULT_FOLLOWING_ERROR || cause == FAULT_LIMIT_CYCLE ||
-           cause == FAULT_OSCILLATION || cause == FAULT_HOMING;
-}
-
-void start_doubt(struct axis *a, enum fault cause)
-{
-    struct start *const s = &a->start;
-    if (cause == FAULT_OFFSET || (s->remembered && may_be_offset(cause))) {
-        s->aligned = false;
-        s->index_known = false;
-    } else if (loses_count(cause)) {
-        s->aligned = false; /* and the index must be seen again */
-        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
-    }
-}
-
 void start_begin(struct axis *a)
 {
     struct start *const s = &a->start;
     if (s->rescaled) {
-        pll_reset(&a->loop.pll, encoder_latched(&a->fabric->encoder) * a->loop.encoder_scale_q32);
+        current_loop_place(&a->loop, encoder_latched(&a->fabric->encoder) * a->loop.encoder_scale_q32, 0);
         s->rescaled = false;
     }
     source_of(a)->begin(a);
@@ -147,8 +118,8 @@ static void start_take_over(struct axis *a)
     (void)encoder_init(&a->fabric->encoder, (uint32_t)d->params.encoder_counts, d->backwards);
     speed_estimate_reset(&a->speed.estimate);
     turns_begin(&a->motion.turns, 0);
-    pll_reset(&a->loop.pll, 0);
-    a->loop.angle_offset_q32 = angle_q32;
+    current_loop_place(&a->loop, 0, 0);
+    current_loop_offset(&a->loop, angle_q32);
     start_follow(a, LOOP_ENCODER);
     identify_taken(d);
 }

@@ -35,7 +35,7 @@ void start_learn_index(struct axis *a)
 static void take_offset_from_index(struct axis *a)
 {
     if (!a->start.aligned && a->start.index_known && start_index_seen(a)) {
-        a->loop.angle_offset_q32 = a->start.index_offset_q32 - index_q32(a);
+        current_loop_offset(&a->loop, a->start.index_offset_q32 - index_q32(a));
         a->start.aligned = true;
     }
 }
@@ -47,10 +47,50 @@ static void start_forget_offset(struct start *s)
     s->remembered = false;
 }
 
+/* ---- doubt ---- */
+
+/* The encoder's count no longer matches the alignment. */
+static bool loses_count(enum fault cause)
+{
+    return cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
+           cause == FAULT_ENCODER_COUNTS;
+}
+
+/* What a wrong offset may look like, by whatever name: not a cable that is cut, which the signals show. */
+static bool may_be_offset(enum fault cause)
+{
+    return (loses_count(cause) && cause != FAULT_ENCODER) || cause == FAULT_STALL || cause == FAULT_SPEED_DEVIATION ||
+           cause == FAULT_OVERSPEED || cause == FAULT_FOLLOWING_ERROR || cause == FAULT_LIMIT_CYCLE ||
+           cause == FAULT_OSCILLATION || cause == FAULT_HOMING;
+}
+
+void start_doubt(struct axis *a, enum fault cause)
+{
+    struct start *const s = &a->start;
+    if (cause == FAULT_OFFSET || (s->remembered && may_be_offset(cause))) {
+        s->aligned = false;
+        s->index_known = false;
+    } else if (loses_count(cause)) {
+        s->aligned = false; /* and the index must be seen again */
+        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
+    }
+}
+
 /* ---- the way ---- */
+
+/* Signals that were lost while nothing was on are no fault any more, but counts may be: it is aligned as after one. */
+static void forget_lost_signals(struct axis *a)
+{
+    struct encoder_regs *const encoder = &a->fabric->encoder;
+    if ((encoder_status(encoder) & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
+        encoder_clear(encoder, ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);
+        start_doubt(a, FAULT_ENCODER);
+    }
+}
 
 static void encoder_begin(struct axis *a)
 {
+    forget_lost_signals(a);
     take_offset_from_index(a);
     a->start.remembered = a->start.aligned;
     a->start.latched = latched(a);

@@ -4,10 +4,19 @@
 #include "firmware/drive/start_parts.h"
 #include "firmware/source/rotor.h"
 
+static bool counts_lead(enum loop_source source)
+{
+    return source == LOOP_ENCODER || source == LOOP_FORCED;
+}
+
 void start_follow(struct axis *a, enum loop_source source)
 {
+    const enum loop_source before = a->loop.source;
     current_loop_off(&a->loop, a->fabric);
     if (current_loop_select(&a->loop, a->fabric, source)) {
+        if (counts_lead(source) && !counts_lead(before)) { /* until now the PLL had another source's angle */
+            current_loop_place(&a->loop, encoder_latched(&a->fabric->encoder) * a->loop.encoder_scale_q32, 0);
+        }
         current_loop_on(&a->loop, a->fabric, &a->tuning);
     } else {
         fault_raise(a, FAULT_FABRIC); /* the gate does not let go */

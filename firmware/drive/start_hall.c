@@ -18,7 +18,7 @@ void start_filter_hall(struct axis *a)
 
 static bool select_hall(struct axis *a, uint32_t follows)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     current_loop_field(c, 0, 0);
     if (!current_loop_select(c, a->fabric, LOOP_HALL)) {
         fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
@@ -31,7 +31,7 @@ static bool select_hall(struct axis *a, uint32_t follows)
 void start_hall_begin(struct axis *a)
 {
     start_filter_hall(a);
-    a->loop.angle_offset_q32 = 0;
+    current_loop_offset(&a->loop, 0);
     if (select_hall(a, UINT32_MAX)) {
         hall_begin(&a->hall, &a->loop, &a->fabric->encoder);
         rotor_take_speed(a);

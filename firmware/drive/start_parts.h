@@ -32,8 +32,8 @@ void start_open_gates(struct axis *a);
 void start_filter_hall(struct axis *a);
 
 /*
- * How a source of the angle starts. A new one is a file with such a structure, a value of enum param_angle, and a line in the
- * table of start.c. Slow loop.
+ * How a source of the angle starts. A new one is a file with such a structure, and a row of settings/sources.h. Slow
+ * loop.
  */
 struct start_source {
     void (*begin)(struct axis *a);        /* bridge off, before the sensors' zeros are measured */
@@ -46,7 +46,9 @@ struct start_source {
     bool (*holds_voltage)(const struct axis *a); /* this phase prescribes a voltage, and regulates nothing */
 };
 
-extern const struct start_source start_by_encoder, start_by_hall, start_by_observer;
+#define SOURCE_STARTS(name, feature, start, properties) extern const struct start_source start_by_##start;
+
+SOURCES(SOURCE_STARTS)
 
 /* Of these, what tests and other parts call by name. */
 void start_sensorless_wired(struct axis *a);

@@ -38,10 +38,10 @@ static void make_ready_with(struct axis *a, const struct tuning *t)
 {
     adopt_tuning(a, t);
     set_fabric(a);
-    a->paced_ms = a->time_ms; /* a carrier may have rested, and the pace may be another */
+    a->pace_chosen_ms = a->time_ms; /* a carrier may have rested, and the pace may be another */
     current_loop_tune(&a->loop, &a->tuning);
     fault_forget_warnings(&a->reports);
-    a->reactions.softened = 0;
+    a->reactions.gain_reductions = 0;
     failover_reset(a);
     handover_forget(&a->handover);
     a->start.learns = false;
@@ -105,7 +105,6 @@ static void begin_operation(struct axis *a)
     a->speed.target_rpm_q16 = a->retry.start_rpm_q16;
     modes_limit_torque(a);
     supervision_begin(a);
-    drive_hear(a);
 }
 
 static void begin_quick_stop(struct axis *a)
@@ -113,7 +112,7 @@ static void begin_quick_stop(struct axis *a)
     modes_enter(a, AXIS_MODE_SPEED);
     a->speed.target_rpm_q16 = 0;
     a->stopping_ms = 0;
-    a->lingering_ms = 0;
+    a->unlimited_braking_ms = 0;
 }
 
 /* Nothing that was asked before counts any more. */
@@ -210,8 +209,8 @@ static enum drive_event in_operation(struct axis *a)
 static bool stop_takes_too_long(struct axis *a)
 {
     a->stopping_ms++;
-    a->lingering_ms += a->speed.at_limit ? 0u : 1u;
-    return a->lingering_ms >= QUICK_STOP_MS || a->stopping_ms >= (uint32_t)a->params.stop_max_ms;
+    a->unlimited_braking_ms += a->speed.at_limit ? 0u : 1u;
+    return a->unlimited_braking_ms >= QUICK_STOP_MS || a->stopping_ms >= (uint32_t)a->params.stop_max_ms;
 }
 
 static enum drive_event in_quick_stop(struct axis *a)

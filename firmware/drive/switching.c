@@ -38,6 +38,7 @@ struct outcome drive_switch_on(struct axis *a)
     if (problem.error == ERROR_NONE) {
         torque_build_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
         a->switching.built = false;
+        a->switching.retries = true;
         a->switching.under_way = true;
     }
     return problem;
@@ -51,6 +52,7 @@ static struct outcome request(struct axis *a, enum axis_request what)
     if (problem.error == ERROR_NONE) {
         if (what == AXIS_REQUEST_ON) {
             retry_accept(&a->retry);
+            a->retry.wanted = a->switching.retries;
         } else {
             retry_withdraw(&a->retry);
         }
@@ -72,7 +74,7 @@ struct outcome drive_learn_hall(struct axis *a)
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
     }
-    if (a->params.angle_source != PARAM_ANGLE_HALL) {
+    if (!source_has((uint32_t)a->params.angle_source, SOURCE_SWITCHES)) {
         return outcome_of(ERROR_NEEDS_HALL);
     }
     const struct outcome problem = switching_tune(a);

@@ -21,6 +21,7 @@
 struct switching {
     bool under_way;
     bool built;             /* the tables are */
+    bool retries;           /* who commands has asked for it: it is tried again after a fault */
     uint32_t begun_ms;      /* axis.time_ms at drive_switch_on() */
     uint32_t waits_ms;      /* from then to the request */
     struct outcome outcome; /* of the last one that ended */

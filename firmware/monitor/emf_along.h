@@ -18,7 +18,7 @@ static inline int32_t emf_expected_q15(const struct axis *a, int32_t w_q15)
 static inline int32_t emf_along_q15(const struct axis *a, int32_t w_q15)
 {
     const struct tuning *const t = &a->tuning;
-    const struct current_loop *const c = &a->loop;
+    const volatile struct current_loop *const c = &a->loop;
     const int32_t armature_q15 = tuning_reactive_q15(w_q15, c->i_d_q15, t->x_d_q11);
     const int32_t seen_q15 = c->v_q_q15 - ((t->r_q12 * c->i_q_q15) >> 12) - armature_q15;
     return w_q15 < 0 ? -seen_q15 : seen_q15;

@@ -24,7 +24,7 @@ struct field_view {
 static struct field_view field_watch_look(const struct axis *a)
 {
     const struct tuning *const t = &a->tuning;
-    const struct current_loop *const c = &a->loop;
+    const volatile struct current_loop *const c = &a->loop;
     const int32_t w_q15 = q15_sat16(c->field_speed_q32 >> c->w_shift);
     int32_t v_d_q15 = c->v_d_q15;
     int32_t v_q_q15 = c->v_q_q15;

@@ -12,6 +12,7 @@
 void supervision_begin_again(struct axis *a)
 {
     lock_watch_begin(&a->lock_watch);
+    field_watch_reset(&a->field_watch);
     phase_watch_begin(a);
     zero_watch_begin(&a->supervision.zeros);
     speed_watch_begin(a);
@@ -34,7 +35,7 @@ static void watch_overspeed(struct axis *a)
 /* The modulator is at its limit, and the current is off by a tenth of i_max. */
 static bool voltage_is_short(const struct axis *a)
 {
-    const struct current_loop *const c = &a->loop;
+    const volatile struct current_loop *const c = &a->loop;
     const int32_t radius_q15 = c->radius_q15 - (c->radius_q15 >> 5);
     if (c->v_d_q15 * c->v_d_q15 + c->v_q_q15 * c->v_q_q15 <= radius_q15 * radius_q15) {
         return false;
@@ -67,11 +68,16 @@ static void watch_temperature(struct axis *a)
     }
 }
 
-static void watch_commands(struct axis *a)
+bool supervision_is_silent(const struct axis *a)
 {
     const int32_t limit_ms = a->params.command_timeout_ms;
-    if (limit_ms != 0 && a->time_ms - a->command_ms > (uint32_t)limit_ms) {
-        fault_report(a, FAULT_COMMAND_TIMEOUT, limit_ms, 0);
+    return limit_ms != 0 && a->time_ms - a->command_ms > (uint32_t)limit_ms;
+}
+
+static void watch_commands(struct axis *a)
+{
+    if (supervision_is_silent(a)) {
+        fault_report(a, FAULT_COMMAND_TIMEOUT, a->params.command_timeout_ms, 0);
     }
     if (a->master_lost != 0u) {
         fault_report(a, FAULT_MASTER_LOST, (int32_t)a->master_lost, 0);
@@ -118,18 +124,21 @@ static void step_running(struct axis *a, uint32_t turn)
 /* Nothing, or, in the bursts of identify, what flows on the mean but not in a sample. */
 static bool asks_no_phase(const struct axis *a)
 {
-    const struct current_loop *const c = &a->loop;
+    const volatile struct current_loop *const c = &a->loop;
     const bool bursts = a->identify.running && (c->kp_d_q9 == 0 || c->kp_q_q9 == 0);
     return bursts || (c->i_d_ref_q15 == 0 && c->i_q_ref_q15 == 0);
 }
 
 /*
  * Whatever asks for a current before operation, with an encoder, without, or to identify: a phase without its share is open
- * there, too. Where nothing is asked, as in the wiring test, nothing is missed.
+ * there, too. Where nothing is asked, as in the wiring test, nothing is missed. Whoever wanted the start must still be there.
  */
 static void watch_start(struct axis *a, uint32_t turn)
 {
     watch_overspeed(a);
+    if (turn == SLOW_TURN) {
+        watch_commands(a);
+    }
     if (asks_no_phase(a)) {
         phase_watch_begin(a);
     } else if (turn % 2u == 0u) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Monitors while the motor runs, once a millisecond, last in the slow loop. Each part reports a fault (fault/report.h);
+ * Monitors while the motor runs, once a millisecond, last in the slow loop. Each part reports a fault (fault/fault.h);
  * drive/reaction.h decides what follows. The order is that in which one fault could pass for another: encoder, phases, then
  * their effects on the speed and current loops.
  */
@@ -28,6 +28,9 @@ void supervision_begin(struct axis *a);
 
 /* The same without the encoder's part, which has given the rotor up. Slow loop. */
 void supervision_begin_again(struct axis *a);
+
+/* Who commands has said nothing for longer than command_timeout_ms. Any context. */
+bool supervision_is_silent(const struct axis *a);
 
 /* One step. Slow loop, last. */
 void supervision_step(struct axis *a);

@@ -24,6 +24,8 @@ void answer_filled(struct text *out, const char *text, int32_t first, int32_t se
             text_print(out, "%d", *text == '@' ? first : second);
         } else if (*text == '$') {
             text_put(out, message_of_feature((enum feature)first));
+        } else if (*text == '&') {
+            text_put(out, message_of_owner((uint32_t)first));
         } else {
             text_put_char(out, *text);
         }
@@ -35,7 +37,7 @@ void answer_unfilled(struct text *out, const char *text)
 {
     for (; *text != '\0'; text++) {
         const char known[] = {*text, '\0'};
-        text_put(out, *text == '@' || *text == '#' || *text == '$' ? "..." : known);
+        text_put(out, *text == '@' || *text == '#' || *text == '$' || *text == '&' ? "..." : known);
     }
     text_put(out, "\n");
 }

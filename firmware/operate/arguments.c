@@ -30,9 +30,27 @@ static bool read_param_group(const char *word, int32_t *value)
     return all || text_equal(word, "--changed") || read_param(word, value);
 }
 
+static bool is_named(const char *name, const char *word)
+{
+    while (*name != '\0' && message_typed(*name) == message_typed(*word)) {
+        name++;
+        word++;
+    }
+    return *name == *word;
+}
+
+enum fault fault_typed(const char *name)
+{
+    uint32_t cause = FAULT_NONE + 1u;
+    while (cause < FAULT_COUNT && !is_named(message_of_fault((enum fault)cause), name)) {
+        cause++;
+    }
+    return (enum fault)cause;
+}
+
 static bool read_fault(const char *word, int32_t *value)
 {
-    *value = (int32_t)message_find_fault(word);
+    *value = (int32_t)fault_typed(word);
     return *value != FAULT_COUNT;
 }
 

@@ -12,7 +12,7 @@ static void join(struct canopen *c)
         c->node = 0;
         can_close(c->can);
         c->state = NMT_BOOT;
-        canopen_lose_no_master(c);
+        canopen_leave(c);
         return;
     }
     const bool has_number = c->line.node <= (int32_t)CANOPEN_NODES;
@@ -30,7 +30,7 @@ void canopen_start(struct canopen *c, struct can *can, struct axis *axes, const 
         c->drives[n].slots = &slots[n];
         c->faults[n] = axes[n].faults.count;
         c->fault[n] = axes[n].faults.cause;
-        cia402_init(&c->drives[n].cia402);
+        cia402_init(&c->drives[n].cia402, OWNER_CAN);
     }
     if (axes[0].params.can_node != 0) {
         join(c);
@@ -42,6 +42,11 @@ static void follow_bus_parameters(struct canopen *c)
     const struct canopen_line now = canopen_line(&c->drives[0].axis->params);
     if (canopen_line_differs(&now, &c->line)) {
         join(c);
+    }
+    const int32_t beat_ms = c->drives[0].axis->params.can_heartbeat_ms;
+    if (beat_ms != c->beat_param) {
+        c->beat_param = beat_ms;
+        c->heartbeat_ms = (uint16_t)beat_ms;
     }
 }
 
@@ -80,12 +85,19 @@ void canopen_poll(struct canopen *c)
     if (c->node == 0) {
         return;
     }
+    const bool was_held_up = c->held_up;
     while (can_take(c->can, &f)) {
+        canopen_line_moves(c);
         take(c, &f);    /* one that asks for a frame has CAN_REMOTE beside its identifier, and fits none */
         poll_drives(c); /* before the next word takes its place: edges are commands */
     }
     poll_drives(c);
     canopen_lss_step(c);
+    canopen_watch_line(c);
+    if (was_held_up && !c->held_up) {
+        canopen_pdo_begin(c); /* what was queued has been forgotten */
+        canopen_tell_again(c);
+    }
     if (!canopen_is_silent(c)) {
         canopen_watch_faults(c); /* who cannot speak now tells of them later */
     }

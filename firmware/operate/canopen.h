@@ -22,6 +22,9 @@ enum nmt_state { NMT_BOOT = 0, NMT_STOPPED = 4, NMT_OPERATIONAL = 5, NMT_PRE_OPE
 /* Why the master is missing: detail of FAULT_MASTER_LOST. */
 enum canopen_lost { CANOPEN_LOST_HEARTBEAT = 1, CANOPEN_LOST_NMT, CANOPEN_LOST_BUS };
 
+/* EMCY and bit 4 of 0x1001 (CiA 301, 7.2.7), in the order in which they are told. */
+enum canopen_trouble { TROUBLE_LENGTH, TROUBLE_HEARTBEAT, TROUBLE_BUS_OFF, TROUBLES };
+
 struct canopen_pdo {
     uint32_t id;
     uint32_t map[CANOPEN_MAPPED];
@@ -69,14 +72,22 @@ struct canopen {
     uint8_t node; /* in effect; 0: not on the bus, CANOPEN_NO_NUMBER: layer setting alone */
     struct canopen_lss lss;
     enum nmt_state state;
-    uint32_t beat_ms;  /* when the last heartbeat was sent, */
-    uint32_t heard_ms; /* and when the master's was heard */
-    bool beats;        /* the master's heartbeat has been heard */
-    bool lost_heartbeat, was_off;
-    bool lost_nmt[AXIS_COUNT];
-    uint32_t faults[AXIS_COUNT]; /* of the axis, that were told */
-    uint32_t fault[AXIS_COUNT];  /* that is told and has not been cleared, enum fault */
-    uint32_t emergency_ms;       /* when the last was sent */
+    uint32_t beat_ms;            /* when the last heartbeat was sent, */
+    uint32_t heard_ms;           /* and when the master's was heard */
+    bool beats;                  /* the master's heartbeat has been heard */
+    uint32_t offs;               /* times the bus was off, as far as that was looked at */
+    uint8_t lost[AXIS_COUNT];    /* enum canopen_lost, by NMT or a bus that was off, however briefly; 0: it is not */
+    uint32_t faults[AXIS_COUNT]; /* of the axis, that were seen */
+    uint32_t fault[AXIS_COUNT];  /* the last of them, enum fault */
+    bool fault_due[AXIS_COUNT];  /* it, or its end, has not been told */
+    uint8_t trouble;             /* of communication, that lasts: a bit for each enum canopen_trouble */
+    uint8_t trouble_due;         /* has not been told: the same, */
+    bool relief_due;             /* and that one is over */
+    uint32_t trouble_detail;
+    uint32_t emergency_ms;    /* when the last was sent */
+    bool held_up;             /* the line takes no frame: nothing is queued, or it would be told when it is old */
+    uint32_t moved, moved_ms; /* frames that have left, and when it was so */
+    int32_t beat_param;       /* can_heartbeat_ms, as it was when it took effect */
     struct canopen_sdo sdo;
     struct data_sheet sheet;
     /* objects */

@@ -172,6 +172,7 @@ static uint32_t write_drive(struct canopen *c, const struct object_place *place,
         [OBJECT_BAD_VALUE] = SDO_VALUE,
         [OBJECT_NO_CODE_WORD] = SDO_NOT_STORED,
         [OBJECT_BAD_STATE] = SDO_DEVICE_STATE,
+        [OBJECT_COMMANDED] = SDO_LOCAL_CONTROL,
     };
     const enum object_refusal wrong =
         is_action(place) ? act_on_all(c, place, value) : write_axis(&c->drives[canopen_axis(index)], place, value);
@@ -232,7 +233,7 @@ uint32_t canopen_write(struct canopen *c, uint32_t index, uint32_t subindex, uin
         canopen_forget_errors(c);
     } else if (index == 0x1016u) {
         c->beats = false; /* watched from the next one on */
-        c->lost_heartbeat = false;
+        canopen_relief(c, TROUBLE_HEARTBEAT);
     }
     return 0u;
 }

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/profile_objects.h"
 
-#define OLDEST_MS 100000u /* more than any time of the bus, 65 535 ms; ten times that fits */
+#define HELD_UP_MS 100u    /* longer than a full bus lets a frame wait */
+#define CROWDED    8u      /* frames: two cycles of four PDOs */
+#define OLDEST_MS  100000u /* more than any time of the bus, 65 535 ms; ten times that fits */
 
 void canopen_open(struct canopen *c, int32_t kbit_s)
 {
@@ -10,6 +13,7 @@ void canopen_open(struct canopen *c, int32_t kbit_s)
         rate--;
     }
     (void)can_open(c->can, CAN, rate, c->line.recover != 0);
+    canopen_line_moves(c); /* it is another line: that nobody was at the former one does not count */
 }
 
 struct canopen_line canopen_line(const struct params *p)
@@ -29,16 +33,38 @@ void canopen_set_line(struct params *p, const struct canopen_line *line)
     p->can_recover = line->recover;
 }
 
-void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count)
+bool canopen_is_crowded(const struct canopen *c)
 {
-    if (canopen_is_silent(c)) {
-        return;
+    return can_pending(c->can) >= CROWDED;
+}
+
+void canopen_line_moves(struct canopen *c)
+{
+    c->moved = c->can->tx_tail;
+    c->moved_ms = canopen_now_ms(c);
+    c->held_up = false;
+}
+
+void canopen_watch_line(struct canopen *c)
+{
+    if (can_pending(c->can) == 0u || (c->can->tx_tail != c->moved && !c->held_up)) {
+        canopen_line_moves(c);
+    } else if (canopen_now_ms(c) - c->moved_ms > HELD_UP_MS) {
+        c->held_up = true;
+        can_forget(c->can);
+    }
+}
+
+bool canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count)
+{
+    if (canopen_is_silent(c) || c->held_up) {
+        return false;
     }
     struct can_frame f = {.id = (uint16_t)(id & CANOPEN_ID), .count = (uint8_t)count};
     for (uint32_t n = 0; n < count; n++) {
         f.data[n] = data[n];
     }
-    (void)can_send(c->can, &f); /* what finds no room is counted there */
+    return can_send(c->can, &f); /* what finds no room is counted there */
 }
 
 void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count)
@@ -85,7 +111,7 @@ int32_t canopen_signed(uint32_t value, enum object_type type)
 void canopen_hear(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        drive_hear(c->drives[n].axis);
+        owner_hear(c->drives[n].axis, OWNER_CAN);
     }
 }
 
@@ -104,6 +130,11 @@ struct object_place canopen_place(uint32_t index, uint32_t subindex)
     for (uint32_t n = 0; n < OBJECT_COUNT; n++) {
         if (objects[n].index == index && objects[n].subindex == subindex) {
             return (struct object_place){PLACE_OBJECT, n};
+        }
+    }
+    for (uint32_t n = 0; n < profile_object_count; n++) {
+        if (profile_objects[n].index == index && profile_objects[n].subindex == subindex) {
+            return (struct object_place){PLACE_PROFILE, n};
         }
     }
     return (struct object_place){.kind = PLACE_NONE};

@@ -3,15 +3,35 @@
 
 enum { START = 1, STOP = 2, PRE_OPERATIONAL = 128, RESET_NODE = 129, RESET_COMMUNICATION = 130 };
 
-#define HEARTBEAT           0x700u
-#define EMERGENCY_HEARTBEAT 0x8130u
-#define EMERGENCY_BUS_OFF   0x8140u /* the node is back from it */
+#define HEARTBEAT 0x700u
 
 static void send_state(struct canopen *c, enum nmt_state state)
 {
     const uint8_t data = (uint8_t)state;
-    c->beat_ms = canopen_now_ms(c);
-    canopen_send(c, HEARTBEAT + c->node, &data, 1);
+    if (canopen_send(c, HEARTBEAT + c->node, &data, 1)) {
+        c->beat_ms = canopen_now_ms(c);
+    }
+}
+
+/* An old one would say that it is alive now: one at a time. */
+static void beat(struct canopen *c)
+{
+    if (c->heartbeat_ms != 0u && canopen_now_ms(c) - c->beat_ms >= c->heartbeat_ms && can_pending(c->can) == 0u) {
+        send_state(c, c->state);
+    }
+}
+
+/* It is a loss only to an axis that this bus commands. */
+static bool commands_axis(const struct canopen *c, uint32_t n)
+{
+    return c->drives[n].axis->owner.who == OWNER_CAN;
+}
+
+static void lose_master(struct canopen *c, enum canopen_lost how)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        c->lost[n] = commands_axis(c, n) && c->lost[n] == 0u ? (uint8_t)how : c->lost[n];
+    }
 }
 
 void canopen_nmt_reset(struct canopen *c)
@@ -24,31 +44,51 @@ void canopen_nmt_reset(struct canopen *c)
     c->emergency_id = 0x80u + node;
     c->emergency_inhibit = 0u;
     c->consumer = 0u;
-    c->heartbeat_ms = (uint16_t)c->drives[0].axis->params.can_heartbeat_ms;
+    c->beat_param = c->drives[0].axis->params.can_heartbeat_ms;
+    c->heartbeat_ms = (uint16_t)c->beat_param;
     c->sdo_in = 0x600u + node;
     c->sdo_out = 0x580u + node;
     c->sdo.under_way = SDO_IDLE;
-    c->beats = c->lost_heartbeat = false;
-    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        c->lost_nmt[n] = c->lost_nmt[n] || node == CANOPEN_NO_NUMBER; /* nobody could stop it any more */
-    }
+    c->beats = c->relief_due = false;
+    c->trouble = c->trouble_due = 0u;
+    lose_master(c, CANOPEN_LOST_NMT); /* who was watched is so no more */
     canopen_pdo_defaults(c);
     canopen_forget_errors(c);
+    canopen_see_again(c);
     send_state(c, NMT_BOOT);
     c->state = node == CANOPEN_NO_NUMBER ? NMT_BOOT : NMT_PRE_OPERATIONAL;
 }
 
+/* A loss that was only warned of is over when the master is back; any other one was the end of what it had enabled. */
+static void find_master(struct canopen *c, enum canopen_lost how)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        const bool warned = c->drives[n].axis->reactions.choice[FAULT_MASTER_LOST] == REACTION_WARN;
+        c->lost[n] = warned && c->lost[n] == (uint8_t)how ? 0u : c->lost[n];
+    }
+}
+
 static void go_to(struct canopen *c, enum nmt_state state)
 {
-    const bool leaves = c->state == NMT_OPERATIONAL && state != NMT_OPERATIONAL;
-    const bool begins = state == NMT_OPERATIONAL && c->state != NMT_OPERATIONAL;
-    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        c->lost_nmt[n] = !begins && (c->lost_nmt[n] || leaves);
-    }
-    if (begins) {
+    if (state == NMT_STOPPED || (c->state == NMT_OPERATIONAL && state != NMT_OPERATIONAL)) {
+        lose_master(c, CANOPEN_LOST_NMT);
+    } else if (state == NMT_OPERATIONAL && c->state != NMT_OPERATIONAL) {
+        find_master(c, CANOPEN_LOST_NMT);
         canopen_pdo_begin(c);
     }
     c->state = state;
+}
+
+/* Off first, whoever commands; then what the profile has as at power-on, so that nobody's old target counts any more. */
+static void reset_node(struct canopen *c)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        struct bus_drive *const d = &c->drives[n];
+        owner_stopped(d->axis, OWNER_CAN);
+        (void)drive_switch_off(d->axis);
+        owner_give_up(d->axis);
+        cia402_init(&d->cia402, OWNER_CAN);
+    }
 }
 
 void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
@@ -68,8 +108,10 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
         go_to(c, NMT_PRE_OPERATIONAL);
         break;
     case RESET_NODE:
+        reset_node(c);
+        canopen_nmt_reset(c);
+        break;
     case RESET_COMMUNICATION:
-        go_to(c, NMT_PRE_OPERATIONAL);
         canopen_nmt_reset(c);
         break;
     default:
@@ -79,22 +121,35 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
 
 /* ---- heartbeats ---- */
 
+static void lose_heartbeat(struct canopen *c)
+{
+    c->beats = false;
+    canopen_trouble(c, TROUBLE_HEARTBEAT, c->consumer >> 16);
+    lose_master(c, CANOPEN_LOST_HEARTBEAT);
+}
+
+/* Who boots says so as whose heartbeat it will be: it knows nothing of what it had begun. */
 void canopen_nmt_hear(struct canopen *c, const struct can_frame *f)
 {
-    if (f->count == 1u && (c->consumer & 0xFFFFu) != 0u && f->id == HEARTBEAT + (c->consumer >> 16)) {
-        canopen_hear(c);
-        c->beats = true;
-        c->lost_heartbeat = false;
-        c->heard_ms = canopen_now_ms(c);
+    if (f->count != 1u || (c->consumer & 0xFFFFu) == 0u || f->id != HEARTBEAT + (c->consumer >> 16)) {
+        return;
     }
+    if (f->data[0] == NMT_BOOT) {
+        if (c->beats) {
+            lose_heartbeat(c);
+        }
+        return;
+    }
+    canopen_hear(c);
+    c->beats = true;
+    canopen_relief(c, TROUBLE_HEARTBEAT);
+    c->heard_ms = canopen_now_ms(c);
 }
 
 static void watch_master(struct canopen *c)
 {
     if (c->beats && canopen_now_ms(c) - c->heard_ms > (c->consumer & 0xFFFFu)) {
-        c->beats = false;
-        c->lost_heartbeat = true;
-        canopen_emergency(c, EMERGENCY_HEARTBEAT, c->consumer >> 16);
+        lose_heartbeat(c);
     }
 }
 
@@ -103,43 +158,51 @@ static void watch_bus(struct canopen *c, bool off)
     if (canopen_is_silent(c)) {
         return; /* who cannot speak now tells of it later */
     }
-    if (c->was_off && !off) {
-        canopen_emergency(c, EMERGENCY_BUS_OFF, 0);
+    if (off) {
+        canopen_trouble(c, TROUBLE_BUS_OFF, 0);
+    } else {
+        canopen_relief(c, TROUBLE_BUS_OFF);
     }
-    c->was_off = off;
 }
 
-/* It is a fault only of an axis that operates because this bus wanted it. */
 static void tell_axis(struct canopen *c, uint32_t n, bool off)
 {
-    const bool ours = c->drives[n].cia402.stage == CIA402_ENABLED;
-    c->lost_nmt[n] = c->lost_nmt[n] && ours;
-    c->drives[n].axis->master_lost = !ours               ? 0u
-                                     : off               ? (uint32_t)CANOPEN_LOST_BUS
-                                     : c->lost_heartbeat ? (uint32_t)CANOPEN_LOST_HEARTBEAT
-                                     : c->lost_nmt[n]    ? (uint32_t)CANOPEN_LOST_NMT
-                                                         : 0u;
+    const bool ours = commands_axis(c, n);
+    c->lost[n] = ours ? c->lost[n] : 0u;
+    c->drives[n].axis->master_lost = !ours                                          ? 0u
+                                     : off                                          ? (uint32_t)CANOPEN_LOST_BUS
+                                     : (c->trouble & 1u << TROUBLE_HEARTBEAT) != 0u ? (uint32_t)CANOPEN_LOST_HEARTBEAT
+                                                                                    : c->lost[n];
 }
 
-void canopen_lose_no_master(struct canopen *c)
+void canopen_leave(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        owner_leave(c->drives[n].axis, OWNER_CAN);
         c->drives[n].axis->master_lost = 0u;
     }
 }
 
 void canopen_nmt_step(struct canopen *c)
 {
-    const bool off = can_state(c->can) == CAN_OFF, away = c->lss.change != LSS_NO_CHANGE;
+    const uint32_t offs = c->can->offs;
+    const bool off = can_state(c->can) == CAN_OFF || offs != c->offs, away = c->lss.change != LSS_NO_CHANGE;
+    c->offs = offs;
     if (away) {
         c->heard_ms = canopen_now_ms(c); /* nobody could be heard */
     }
     watch_master(c);
     watch_bus(c, off);
+    if (off || away) { /* for less time than thread or slow loop take to look, too */
+        lose_master(c, CANOPEN_LOST_BUS);
+    } else {
+        find_master(c, CANOPEN_LOST_BUS);
+    }
+    if ((c->trouble & 1u << TROUBLE_HEARTBEAT) == 0u) {
+        find_master(c, CANOPEN_LOST_HEARTBEAT);
+    }
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         tell_axis(c, n, off || away);
     }
-    if (c->heartbeat_ms != 0u && canopen_now_ms(c) - c->beat_ms >= c->heartbeat_ms) {
-        send_state(c, c->state);
-    }
+    beat(c);
 }

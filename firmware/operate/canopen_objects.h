@@ -79,11 +79,12 @@
 /*
  * What each PDO has at first: identifier less the node's number, bits 30 (nobody may ask for it) and 31 (it does not
  * exist), type, event timer in ms, mapped objects; RPDO 1 to 4, TPDO 1 to 4. Status word and mode come when they change and
- * every 100 ms: canopen's BaseNode402 believes these alone, and has missed the first.
+ * every 100 ms: canopen's BaseNode402 believes these alone, and has missed the first. RPDO 2 has the mode alone: with a control
+ * word beside it, as CiA 402 has it, BaseNode402's change of mode would send one that it has never set, 0.
  */
 #define CANOPEN_PDOS(X) \
     X(rpdo, 0, 0x200, 0, 255, 0, 1, 0x60400010, 0) \
-    X(rpdo, 1, 0x300, 0, 255, 0, 2, 0x60400010, 0x60600008) \
+    X(rpdo, 1, 0x300, 0, 255, 0, 1, 0x60600008, 0) \
     X(rpdo, 2, 0x400, 0, 255, 0, 2, 0x60400010, 0x607A0020) \
     X(rpdo, 3, 0x500, 2, 255, 0, 2, 0x60400010, 0x60FF0020) \
     X(tpdo, 0, 0x180, 1, 255, 100, 1, 0x60410010, 0) \

@@ -27,6 +27,7 @@
 #define SDO_VALUE_TOO_HIGH 0x06090031u
 #define SDO_VALUE_TOO_LOW  0x06090032u
 #define SDO_NOT_STORED     0x08000020u
+#define SDO_LOCAL_CONTROL  0x08000021u
 #define SDO_DEVICE_STATE   0x08000022u
 
 /* Between two rates, or without a number: nothing is sent but what layer setting answers. */
@@ -41,7 +42,14 @@ void canopen_open(struct canopen *c, int32_t kbit_s);
 struct canopen_line canopen_line(const struct params *p);
 bool canopen_line_differs(const struct canopen_line *one, const struct canopen_line *other);
 void canopen_set_line(struct params *p, const struct canopen_line *line);
-void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count);
+/* False if there was no room, or the line takes none: it has not been sent, and will not be by itself. */
+bool canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count);
+/* True if so much has been queued that what comes again by itself should wait. */
+bool canopen_is_crowded(const struct canopen *c);
+/* A frame has come or gone: somebody is there, and what he asks is answered. */
+void canopen_line_moves(struct canopen *c);
+/* Notices that the line takes no frames, and that it does again: what waits meanwhile is forgotten. */
+void canopen_watch_line(struct canopen *c);
 void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count); /* the least significant byte first */
 uint32_t canopen_get(const uint8_t *bytes, uint32_t count);
 uint32_t canopen_now_ms(const struct canopen *c);
@@ -65,10 +73,16 @@ static inline uint32_t canopen_value(const struct object_view *view, const struc
 void canopen_hear(struct canopen *c);
 
 /* ---- canopen_emergency.c ---- */
-void canopen_emergency(struct canopen *c, uint32_t code, uint32_t detail);
-/* Tells of faults, and that they have been cleared. */
+void canopen_trouble(struct canopen *c, enum canopen_trouble what, uint32_t detail);
+/* It is over. */
+void canopen_relief(struct canopen *c, enum canopen_trouble what);
+/* Tells of faults and troubles, and of their ends. */
 void canopen_watch_faults(struct canopen *c);
 void canopen_forget_errors(struct canopen *c);
+/* Behind a reset of communication, which forgets what has been told: what is latched is told and kept anew. */
+void canopen_see_again(struct canopen *c);
+/* What is latched or lasts, to a line that has heard nothing for a while. */
+void canopen_tell_again(struct canopen *c);
 
 /* ---- canopen_map.c ---- */
 /* An identifier that CiA 301 keeps for other services, table 81; those of SYNC and EMCY are none. */
@@ -111,7 +125,8 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f);
 /* Heartbeats, both ways; and whether the master is there. */
 void canopen_nmt_hear(struct canopen *c, const struct can_frame *f);
 void canopen_nmt_step(struct canopen *c);
-void canopen_lose_no_master(struct canopen *c);
+/* The bus is left: nobody there commands any more. */
+void canopen_leave(struct canopen *c);
 
 /* ---- canopen_lss.c ---- */
 #define LSS_COMMAND 0x7E5u

@@ -2,7 +2,6 @@
 #include "firmware/operate/canopen_parts.h"
 
 #define SYNCHRONOUS_MOST 240u
-#define EMERGENCY_LENGTH 0x8210u /* a PDO that is too short */
 
 static bool exists(const struct canopen_pdo *p)
 {
@@ -25,12 +24,15 @@ static uint32_t length_of(const struct canopen_pdo *p)
 
 /* ---- in ---- */
 
-/* Its values for one axis: whether they can be, and with `adopt` they are. */
-static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t axis, bool adopt)
+enum change { CHANGE_CHECK, CHANGE_ADOPT, CHANGE_STOP };
+
+/* Its values for one axis: whether they can be, and are adopted; or of a refused one the word alone, if it stops. */
+static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t axis, enum change how)
 {
     struct bus_drive *const d = &c->drives[axis];
     struct object_change change;
     uint32_t at = 0;
+    bool fine = true;
     object_begin(&change, d);
     for (uint32_t n = 0; n < p->count; n++) {
         const uint32_t index = p->map[n] >> 16;
@@ -38,23 +40,30 @@ static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t
         const enum object_type type = object_type(&place);
         const uint32_t bytes = canopen_bytes(type);
         const int32_t value = canopen_signed(canopen_get(&p->data[at], bytes), type);
-        if (canopen_axis(index) == axis && object_change(&change, &place, value) != OBJECT_FINE) {
-            return false;
+        if (canopen_axis(index) == axis) {
+            fine = object_change(&change, &place, value) == OBJECT_FINE && fine;
         }
         at += bytes;
     }
-    return (adopt ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_FINE;
+    if (how == CHANGE_STOP) {
+        object_stop(&change, d);
+        return true;
+    }
+    return fine && (how == CHANGE_ADOPT ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_FINE;
 }
 
-/* All of its values, or none: each axis but the first is asked beforehand. Nobody waits for an answer. */
+/* All of its values, or none but a stop: each axis but the first is asked beforehand. Nobody waits for an answer. */
 static void act_on(struct canopen *c, const struct canopen_pdo *p)
 {
     bool fine = true;
     for (uint32_t axis = 1; fine && axis < AXIS_COUNT; axis++) {
-        fine = change_axis(c, p, axis, false);
+        fine = change_axis(c, p, axis, CHANGE_CHECK);
     }
     for (uint32_t axis = 0; fine && axis < AXIS_COUNT; axis++) {
-        fine = change_axis(c, p, axis, true);
+        fine = change_axis(c, p, axis, CHANGE_ADOPT);
+    }
+    for (uint32_t axis = 0; !fine && axis < AXIS_COUNT; axis++) {
+        (void)change_axis(c, p, axis, CHANGE_STOP);
     }
 }
 
@@ -62,13 +71,14 @@ static void receive(struct canopen *c, struct canopen_pdo *p, const struct can_f
 {
     const uint32_t length = length_of(p);
     if (f->count < length) {
-        canopen_emergency(c, EMERGENCY_LENGTH, f->id);
+        canopen_trouble(c, TROUBLE_LENGTH, f->id);
         return;
     }
     for (uint32_t n = 0; n < length; n++) {
         p->data[n] = f->data[n];
     }
     canopen_hear(c);
+    canopen_relief(c, TROUBLE_LENGTH);
     if (is_synchronous(p)) {
         p->syncs = 1u;
     } else {
@@ -122,15 +132,18 @@ static bool differs(const struct canopen_pdo *p, const uint8_t *data, uint32_t l
     return other;
 }
 
+/* What found no room was not sent: it comes when there is, as it is then. */
 static void send_pdo(struct canopen *c, struct canopen_pdo *p, const uint8_t *data, uint32_t length)
 {
+    p->syncs = 0u;
+    if (canopen_is_crowded(c) || !canopen_send(c, p->id, data, length)) {
+        return;
+    }
     for (uint32_t n = 0; n < length; n++) {
         p->data[n] = data[n];
     }
     p->bytes = (uint8_t)length;
-    p->syncs = 0u;
     p->sent_ms = canopen_now_ms(c);
-    canopen_send(c, p->id, data, length);
 }
 
 static void sync_one(struct canopen *c, struct canopen_pdo *p)

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/cia402.h"
 
-#define COMMAND_BITS (CIA402_SWITCH_ON | CIA402_VOLTAGE | CIA402_NO_QUICK_STOP | CIA402_ENABLE)
-#define SHUTDOWN     (CIA402_VOLTAGE | CIA402_NO_QUICK_STOP)
-#define SWITCHED_ON  (SHUTDOWN | CIA402_SWITCH_ON)
-#define ENABLED      (SWITCHED_ON | CIA402_ENABLE)
+#include <stddef.h>
 
 /* ---- modes of operation ---- */
 
@@ -40,11 +37,25 @@ static const struct cia402_mode_row *find_mode(int32_t mode)
     return NULL;
 }
 
+uint32_t cia402_supported_modes(const struct axis *a)
+{
+    uint32_t bits = 0;
+    for (size_t n = 0; n < MODES; n++) {
+        if (cia402_modes[n].mode > 0 && modes_available(a, cia402_modes[n].axis_mode).error == ERROR_NONE) {
+            bits |= 1u << (cia402_modes[n].mode - 1);
+        }
+    }
+    return bits;
+}
+
 /* ---- set-points accepted ---- */
 
-void cia402_init(struct cia402 *c)
+void cia402_init(struct cia402 *c, enum owner who)
 {
-    *c = (struct cia402){.setpoints = {.mode = CIA402_PV, .homing_method = CIA402_HOME_INDEX}, .refusal = OUTCOME_OK};
+    *c = (struct cia402){.setpoints = {.mode = CIA402_PV, .homing_method = CIA402_HOME_INDEX},
+                         .who = who,
+                         .refusal = OUTCOME_OK,
+                         .exponent = -3};
 }
 
 static int32_t milliamp_of(int32_t torque_pm, const struct params *p)
@@ -59,7 +70,7 @@ static bool within_limit(int32_t x, int32_t limit)
 
 static bool known_homing(int32_t method)
 {
-    return method == CIA402_HOME_INDEX || method == CIA402_HOME_BLOCK || method == CIA402_HOME_HERE;
+    return method == CIA402_HOME_INDEX || method == CIA402_HOME_BLOCK || cia402_homes_here(method);
 }
 
 bool cia402_allows(const struct cia402_setpoints *s, const struct params *p)
@@ -78,16 +89,129 @@ void cia402_accept(struct cia402 *c, const struct cia402_setpoints *s, bool word
 
 /* ---- the state machine ---- */
 
-static bool axis_rests(const struct axis *a)
-{
-    return a->state == AXIS_SWITCH_ON_DISABLED && a->request == AXIS_REQUEST_NONE && !a->switching.under_way;
-}
-
 /* Or will be in the next millisecond: a fault is latched that leaves no controlled stop. */
 static bool axis_is_faulty(const struct axis *a)
 {
     return a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION ||
            (a->faults.cause != FAULT_NONE && !a->reactions.stopping);
+}
+
+/* This bus commands it, and it is on, or will be. */
+static bool is_ours(const struct cia402 *c, const struct axis *a)
+{
+    return a->owner.who == (uint32_t)c->who && !owner_axis_rests(a);
+}
+
+static enum cia402_state state_of(const struct cia402 *c, const struct axis *a)
+{
+    if (axis_is_faulty(a)) {
+        return CIA402_FAULT;
+    }
+    if (a->state == AXIS_QUICK_STOP) {
+        return CIA402_QUICK_STOP; /* whoever commands: behind it comes DISABLED */
+    }
+    return is_ours(c, a) ? CIA402_ENABLED : c->stage;
+}
+
+static void switch_axis_off(struct cia402 *c, struct axis *a)
+{
+    c->refusal = OUTCOME_OK;
+    if (!owner_axis_rests(a)) {
+        c->refusal = drive_switch_off(a);
+        owner_give_up(a);
+    }
+}
+
+static void stop_quickly(struct cia402 *c, struct axis *a)
+{
+    if (a->state == AXIS_OPERATION_ENABLED) {
+        c->refusal = drive_quick_stop(a);
+    } else if (a->state != AXIS_QUICK_STOP) { /* which goes on */
+        switch_axis_off(c, a);
+    }
+}
+
+static void enable(struct cia402 *c, struct axis *a)
+{
+    c->refusal = owner_allows(a, c->who);
+    if (c->refusal.error == ERROR_NONE) {
+        c->refusal = drive_switch_on(a);
+    }
+    if (c->refusal.error == ERROR_NONE) {
+        owner_take(a, c->who);
+        c->stage = CIA402_DISABLED; /* where it ends by itself */
+        c->course = COURSE_STARTS;
+    }
+}
+
+static void reset_fault(struct cia402 *c, struct axis *a)
+{
+    owner_stopped(a, c->who);
+    c->refusal = drive_clear_fault(a);
+}
+
+static void accept(struct cia402 *c, struct axis *a)
+{
+    (void)a;
+    c->refusal = OUTCOME_OK;
+}
+
+enum command { SHUT_DOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, RESET_FAULT };
+
+#define IN(state) (1u << CIA402_##state)
+#define OFF       (IN(DISABLED) | IN(READY) | IN(SWITCHED_ON))
+
+/*
+ * IEC 61800-7-201, by the numbers of its transitions; 0, 1, 13, 14 are the axis' own, 16 is not there. Everybody may stop:
+ * the words that do act in each state, whoever commands.
+ */
+static const struct transition {
+    uint8_t from;    /* a bit for each enum cia402_state */
+    uint8_t command; /* enum command */
+    uint8_t to;      /* a stage; of what the axis does until then its own state tells */
+    void (*act)(struct cia402 *c, struct axis *a);
+} cia402_transitions[] = {
+    {IN(DISABLED) | IN(READY) | IN(SWITCHED_ON), SHUT_DOWN, CIA402_READY, accept}, /* 2, 6 */
+    {IN(READY) | IN(SWITCHED_ON), SWITCH_ON, CIA402_SWITCHED_ON, accept},          /* 3 */
+    {IN(READY) | IN(SWITCHED_ON), ENABLE, CIA402_SWITCHED_ON, enable},             /* 3, 4; stays there if refused */
+    {IN(ENABLED), SWITCH_ON, CIA402_SWITCHED_ON, switch_axis_off},                 /* 5 */
+    {IN(ENABLED), SHUT_DOWN, CIA402_READY, switch_axis_off},                       /* 8 */
+    {OFF | IN(ENABLED) | IN(QUICK_STOP), DISABLE_VOLTAGE, CIA402_DISABLED, switch_axis_off}, /* 7, 9, 10, 12 */
+    {OFF | IN(ENABLED) | IN(QUICK_STOP), QUICK_STOP, CIA402_DISABLED, stop_quickly},         /* 7, 10, 11 */
+    {IN(FAULT), RESET_FAULT, CIA402_DISABLED, reset_fault},                                  /* 15 */
+};
+
+static enum command command_of(uint32_t word)
+{
+    return (word & CIA402_VOLTAGE) == 0u         ? DISABLE_VOLTAGE
+           : (word & CIA402_NO_QUICK_STOP) == 0u ? QUICK_STOP
+           : (word & CIA402_SWITCH_ON) == 0u     ? SHUT_DOWN
+           : (word & CIA402_ENABLE) == 0u        ? SWITCH_ON
+                                                 : ENABLE;
+}
+
+bool cia402_stops(uint32_t word)
+{
+    const enum command command = command_of(word);
+    return command == DISABLE_VOLTAGE || command == QUICK_STOP;
+}
+
+bool cia402_enables(uint32_t word)
+{
+    return command_of(word) == ENABLE;
+}
+
+static void change_state(struct cia402 *c, struct axis *a, enum command command)
+{
+    const enum cia402_state state = state_of(c, a);
+    for (size_t n = 0; n < sizeof cia402_transitions / sizeof cia402_transitions[0]; n++) {
+        const struct transition *const t = &cia402_transitions[n];
+        if ((t->from >> state & 1u) != 0u && t->command == (uint8_t)command) {
+            c->stage = (enum cia402_state)t->to;
+            t->act(c, a);
+            return;
+        }
+    }
 }
 
 bool cia402_change_source(struct cia402 *c, struct axis *a, uint32_t source)
@@ -97,78 +221,67 @@ bool cia402_change_source(struct cia402 *c, struct axis *a, uint32_t source)
     return c->source_due;
 }
 
-/* After an end by itself, by a fault or at another's command, the whole sequence starts over. */
+void cia402_take_over(struct cia402 *c, struct axis *a)
+{
+    const struct drive_status now = drive_status(a);
+    const int32_t mode = cia402_mode_display(c, &now);
+    const bool runs = now.state == AXIS_OPERATION_ENABLED && now.mode == AXIS_MODE_SPEED;
+    c->setpoints.mode = find_mode(mode) != NULL ? mode : c->setpoints.mode;
+    c->setpoints.target_rpm = runs ? axis_forward(a) * (a->speed.target_rpm_q16 / 65536) : 0;
+    c->setpoints.target_torque_pm = 0; /* nor does another program's old target count at the next enabling */
+    owner_take_over(a, c->who);
+}
+
+/* What this bus had begun has ended: by itself, because it could not begin, or because another one wanted that. */
+static void see_end(struct cia402 *c, const struct axis *a)
+{
+    if (c->course == COURSE_STARTS && a->switching.outcome.error != ERROR_NONE && owner_axis_rests(a)) {
+        c->refusal = a->switching.outcome;
+    }
+    if (a->owner.stopped_by != OWNER_NONE && a->owner.stopped_by != (uint32_t)c->who) {
+        c->refusal = (struct outcome){ERROR_STOPPED, (int32_t)a->owner.stopped_by};
+    } else if (owner_allows(a, c->who).error != ERROR_NONE) { /* taken over */
+        c->refusal = owner_allows(a, c->who);
+    }
+    c->course = COURSE_NONE;
+}
+
+/* After an end by itself, by a fault or at another's command, or when another one commanded, the whole sequence starts over. */
 static void follow_axis(struct cia402 *c, const struct axis *a)
 {
     if (c->source_due && !a->handover.under_way) {
         c->source_due = false;
         c->refusal = a->handover.outcome;
     }
-    if (c->stage == CIA402_ENABLED && a->switching.outcome.error != ERROR_NONE && axis_rests(a)) {
-        c->refusal = a->switching.outcome;
-    }
     bool faulty = axis_is_faulty(a);
     if (faulty || a->faults.cause == FAULT_NONE) { /* else a stop for it goes on, and the fault itself is yet to come */
         faulty = faulty || c->faults != a->faults.count; /* and cleared since: at the console */
         c->faults = a->faults.count;
     }
-    if (faulty || (c->stage == CIA402_ENABLED && axis_rests(a))) {
-        c->stage = CIA402_DISABLED;
-    }
-}
-
-static void switch_off_to(struct cia402 *c, struct axis *a, enum cia402_stage stage)
-{
-    c->refusal = axis_rests(a) ? OUTCOME_OK : drive_switch_off(a);
-    c->stage = stage;
-}
-
-static void stop_quickly(struct cia402 *c, struct axis *a)
-{
-    if (a->state == AXIS_OPERATION_ENABLED) {
-        c->refusal = drive_quick_stop(a);
-    } else if (a->state != AXIS_QUICK_STOP) { /* which goes on */
-        switch_off_to(c, a, CIA402_DISABLED);
-    }
-}
-
-static void enable_operation(struct cia402 *c, struct axis *a)
-{
-    c->refusal = axis_rests(a) ? drive_switch_on(a) : OUTCOME_OK;
-    c->stage = c->refusal.error == ERROR_NONE ? CIA402_ENABLED : CIA402_SWITCHED_ON;
-    c->operates = false;
-}
-
-/* From a state in which the axis accepts commands. */
-static void change_state(struct cia402 *c, struct axis *a, uint32_t command)
-{
-    if ((command & CIA402_VOLTAGE) == 0u) {
-        switch_off_to(c, a, CIA402_DISABLED);
-    } else if ((command & CIA402_NO_QUICK_STOP) == 0u) {
-        stop_quickly(c, a);
-    } else if (a->state == AXIS_QUICK_STOP) {
-        return; /* it goes on */
-    } else if ((command & CIA402_SWITCH_ON) == 0u) {
-        switch_off_to(c, a, CIA402_READY);
-    } else if (c->stage == CIA402_DISABLED) { /* no transition: shutdown comes first */
-        if (command != ENABLED) {
-            switch_off_to(c, a, CIA402_DISABLED);
-        }
-    } else if (command == SWITCHED_ON) {
-        switch_off_to(c, a, CIA402_SWITCHED_ON);
-    } else if (c->stage != CIA402_ENABLED) {
-        enable_operation(c, a);
+    const bool ends = faulty || a->state == AXIS_QUICK_STOP || owner_allows(a, c->who).error != ERROR_NONE;
+    c->stage = ends ? CIA402_DISABLED : c->stage; /* a word that was refused starts nothing later */
+    c->target_due = c->target_due && !faulty && is_ours(c, a);
+    if (c->course != COURSE_NONE && !is_ours(c, a)) {
+        see_end(c, a);
+    } else if (is_ours(c, a) && (faulty || c->course == COURSE_NONE)) {
+        c->course = COURSE_RETURNS; /* by a restart, or taken over */
     }
 }
 
 /* ---- set-points ---- */
 
-/* That of a mode which acts at once. */
+/* That of a mode which acts at once; one that waits for an edge waits at rest, and holds what has gone before it. */
 static __attribute__((noinline)) void apply_target(struct cia402 *c, struct axis *a)
 {
     const struct cia402_setpoints *const s = &c->setpoints;
     const struct cia402_mode_row *const row = find_mode(s->mode);
-    if (row != NULL && row->demand != NULL) {
+    if (row == NULL) {
+        return;
+    }
+    if (row->demand == NULL) {
+        const bool holds = c->mode_before == s->mode || a->mode == AXIS_MODE_POSITION || a->mode == row->axis_mode;
+        c->refusal = holds ? OUTCOME_OK : drive_command_speed(a, 0);
+    } else {
         c->refusal = row->demand(a, row->target == RPM      ? s->target_rpm
                                     : row->target == COUNTS ? s->target_counts
                                                             : milliamp_of(s->target_torque_pm, &a->params));
@@ -177,7 +290,7 @@ static __attribute__((noinline)) void apply_target(struct cia402 *c, struct axis
 
 static struct outcome start_homing(int32_t method, struct axis *a)
 {
-    if (method == CIA402_HOME_HERE) {
+    if (cia402_homes_here(method)) {
         return drive_set_zero(a);
     }
     return drive_command_home(a, method == CIA402_HOME_INDEX ? HOMING_INDEX : HOMING_BLOCK);
@@ -206,6 +319,7 @@ static void operate(struct cia402 *c, struct axis *a, uint32_t rising)
     } else if (c->target_due) {
         apply_target(c, a);
     }
+    c->mode_before = c->setpoints.mode;
     c->target_due = false;
 }
 
@@ -214,91 +328,55 @@ static uint32_t take_word(struct cia402 *c, struct axis *a)
 {
     const uint32_t word = c->setpoints.control_word;
     const uint32_t rising = word & ~c->word_before;
+    const bool withdraws = cia402_stops(word) || (!cia402_enables(word) && a->owner.who == (uint32_t)c->who);
     c->target_due = c->target_due || (c->word_before & ~word & CIA402_HALT) != 0u;
     c->word_before = word;
     c->word_due = false;
-    if (!axis_is_faulty(a)) {
-        change_state(c, a, word & COMMAND_BITS);
-    } else if ((rising & CIA402_FAULT_RESET) != 0u) {
-        c->refusal = drive_clear_fault(a);
-    }
-    if ((word & ENABLED) != ENABLED) {
+    if (withdraws) {
+        owner_stopped(a, c->who);
         drive_withdraw(a); /* a level: what waits to switch on, after a fault, too, does so no more */
     }
+    change_state(c, a, command_of(word));
+    if ((rising & CIA402_FAULT_RESET) != 0u) {
+        change_state(c, a, RESET_FAULT);
+    }
+    if (withdraws && !is_ours(c, a)) {
+        c->course = COURSE_NONE; /* as it was asked to */
+    }
     return rising;
+}
+
+/* Continuous modes begin with the present target, a position waits for a new one; and so does what no word has begun. */
+static void begin_operating(struct cia402 *c)
+{
+    c->target_due = c->course == COURSE_STARTS ? c->setpoints.mode != CIA402_CSP : c->target_due;
+    c->course = COURSE_OPERATES;
 }
 
 void cia402_poll(struct cia402 *c, struct axis *a)
 {
     follow_axis(c, a);
-    const uint32_t rising = c->word_due ? take_word(c, a) : 0u;
-    const bool operates = c->stage == CIA402_ENABLED && a->state == AXIS_OPERATION_ENABLED;
-    if (operates && !c->operates) { /* continuous modes begin with the present target, a position waits for a new one */
-        c->target_due = c->setpoints.mode != CIA402_CSP;
+    uint32_t rising = c->word_due ? take_word(c, a) : 0u;
+    if (!is_ours(c, a) || a->state != AXIS_OPERATION_ENABLED) {
+        return;
     }
-    if (operates && (c->target_due || rising != 0u || !c->operates)) {
-        operate(c, a, c->operates ? rising : c->setpoints.control_word & CIA402_HALT);
+    if (c->course != COURSE_OPERATES) {
+        begin_operating(c);
+        rising = c->setpoints.control_word & CIA402_HALT;
     }
-    c->operates = operates;
+    if (c->target_due || rising != 0u) {
+        operate(c, a, rising);
+    }
 }
 
 /* ---- what is shown ---- */
 
-static uint32_t state_bits(const struct cia402 *c, const struct axis *a, uint32_t state)
-{
-    static const uint8_t of_state[] = {
-        [AXIS_NOT_READY] = 0x00,         [AXIS_READY] = 0x23,      [AXIS_SWITCHED_ON] = 0x23, /* until it operates */
-        [AXIS_OPERATION_ENABLED] = 0x27, [AXIS_QUICK_STOP] = 0x07, [AXIS_FAULT_REACTION] = 0x0F, [AXIS_FAULT] = 0x08,
-    };
-    static const uint8_t at_rest[] = {
-        [CIA402_DISABLED] = 0x40, [CIA402_READY] = 0x21, [CIA402_SWITCHED_ON] = 0x23, [CIA402_ENABLED] = 0x23};
-    const enum cia402_stage stage = c->faults == a->faults.count ? c->stage : CIA402_DISABLED;
-    return state == AXIS_SWITCH_ON_DISABLED ? at_rest[stage] : of_state[state];
-}
-
-static uint32_t if_so(bool condition, uint32_t bits)
-{
-    return condition ? bits : 0u;
-}
-
-static bool near_rpm_q4(int32_t x_q4, int32_t y_q4)
-{
-    return within_limit(x_q4 - y_q4, AXIS_STANDSTILL_RPM_Q4);
-}
-
-static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const struct drive_status *now)
-{
-    switch (now->mode) {
-    case AXIS_MODE_SPEED:
-        return if_so(near_rpm_q4(now->speed_rpm_q4, axis_forward(a) * (a->speed.target_rpm_q16 / 4096)),
-                     CIA402_REACHED) |
-               if_so(near_rpm_q4(now->speed_rpm_q4, 0), CIA402_OF_MODE);
-    case AXIS_MODE_POSITION:
-        return if_so(profile_is_done(&a->motion.profile), CIA402_REACHED) |
-               if_so((c->word_before & CIA402_NEW_SET_POINT) != 0u, CIA402_OF_MODE) |
-               if_so(now->homed && c->setpoints.mode == CIA402_HM, CIA402_REACHED | CIA402_OF_MODE);
-    case AXIS_MODE_CYCLIC_POSITION:
-    case AXIS_MODE_CYCLIC_SPEED:
-    case AXIS_MODE_CYCLIC_TORQUE:
-        return CIA402_OF_MODE;
-    default:
-        return 0;
-    }
-}
-
-uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct drive_status *now)
-{
-    const bool warned = (a->reports.warned[0] | a->reports.warned[FAULT_WORDS - 1u]) != 0u;
-    const bool operates = now->state == AXIS_OPERATION_ENABLED;
-    return state_bits(c, a, now->state) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
-           if_so(c->refusal.error != ERROR_NONE, CIA402_REFUSED) |
-           if_so(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
-           if_so(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
-}
-
 int32_t cia402_mode_display(const struct cia402 *c, const struct drive_status *now)
 {
-    for (size_t n = 0; now->state == AXIS_OPERATION_ENABLED && n < MODES; n++) {
+    const struct cia402_mode_row *const asked = find_mode(c->setpoints.mode);
+    const bool waits = c->course == COURSE_OPERATES && asked != NULL && asked->demand == NULL &&
+                       (now->mode == AXIS_MODE_SPEED || now->mode == AXIS_MODE_POSITION);
+    for (size_t n = 0; now->state == AXIS_OPERATION_ENABLED && !waits && n < MODES; n++) {
         if (cia402_modes[n].axis_mode == now->mode) {
             return cia402_modes[n].mode;
         }

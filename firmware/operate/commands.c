@@ -21,7 +21,7 @@ static bool put_param_help(struct session *s, const char *name)
 
 static bool put_fault_help(struct session *s, const char *name)
 {
-    const enum fault fault = message_find_fault(name);
+    const enum fault fault = fault_typed(name);
     if (fault != FAULT_COUNT) {
         text_print(&s->out, "fault %u, %s: look at: %s\n", (uint32_t)fault, message_of_fault(fault),
                    message_fault_hint(fault));
@@ -97,9 +97,13 @@ static bool is_elsewhere(const struct session *s, const struct command *command,
 
 static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
+    const bool commands = command->begins != PROGRESS_NONE || command->demand != NULL || command->commands;
+    const struct outcome allowed = commands ? owner_allows(s->axis, OWNER_CONSOLE) : OUTCOME_OK;
     s->accepted = false;
     if (is_elsewhere(s, command, a)) {
         answer(s, outcome_of(ERROR_SCOPE_ELSEWHERE));
+    } else if (allowed.error != ERROR_NONE) {
+        answer(s, allowed);
     } else if (command->request != NULL) {
         answer(s, command->request(s->axis));
     } else if (command->demand != NULL) {
@@ -108,6 +112,12 @@ static void run_row(struct session *s, const struct command *command, const stru
         command->run(s, a);
     } else {
         help(s, command->kinds[0] == ARGUMENT_TOPIC ? a->word[1] : NULL);
+    }
+    if (s->accepted && commands && owner_allows(s->axis, OWNER_CONSOLE).error == ERROR_NONE) { /* or taken over since */
+        owner_take(s->axis, OWNER_CONSOLE);
+    } else if (command->request == drive_clear_fault || /* refused, it has ended a retry nevertheless */
+               (s->accepted && command->request != NULL && command->request != drive_forget)) {
+        owner_stopped(s->axis, OWNER_CONSOLE);
     }
     if (s->accepted && (command->begins != PROGRESS_NONE || command->run == NULL)) { /* what went on ends for another */
         s->progress[session_axis(s)] = command->begins;

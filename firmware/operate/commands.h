@@ -92,13 +92,14 @@ struct command {
     struct outcome (*request)(struct axis *axis);               /* answered by its outcome */
     struct outcome (*demand)(struct axis *axis, int32_t value); /* likewise, of the first argument */
     enum progress begins;
+    bool commands; /* it is the owner's, as what has a demand or begins something */
 };
 
 typedef const char *(*names_fn)(uint32_t n); /* the nth: of no length if it is none, NULL behind the last */
 
 /* Those of each feature, in the order of 'help'. */
 extern const struct command commands_help[2];
-extern const struct command commands_drive[2];
+extern const struct command commands_drive[3];
 extern const struct command commands_identify[2];
 extern const struct command commands_motion[5];
 extern const struct command commands_position[4];
@@ -157,6 +158,9 @@ void put_axis(struct text *out, uint32_t axis);
 
 /* Reads all arguments of a line; false after reporting the first that does not fit. */
 bool arguments_read(struct session *s, const struct command *command, struct arguments *a);
+
+/* The fault of this name, with '_' for blanks; FAULT_COUNT if there is none. */
+enum fault fault_typed(const char *name);
 
 /* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);

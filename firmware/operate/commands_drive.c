@@ -5,8 +5,8 @@
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/quantities.h"
-#include "firmware/source/injection_lead.h"
 #include "firmware/source/rotor.h"
+#include "firmware/source/sensorless.h"
 #include "firmware/system/measure.h"
 
 /* ---- status ---- */
@@ -110,6 +110,7 @@ static void run_status(struct session *s, const struct arguments *unused)
     text_print(out, starts ? "state: %s (%s)\n" : "state: %s\n", message_of_state(now.state),
                message_of_phase(a->start.phase));
     text_print(out, "fault: %s\n", message_of_fault(now.fault));
+    text_print(out, "commanded by: %s\n", message_of_owner(a->owner.who));
     text_print(out, "speed: %.3d rpm, reference %.3d rpm\n", quantity_milli_rpm(now.speed_rpm_q4),
                quantity_milli_rpm(now.speed_ref_rpm_q4));
     put_position(out, &now);
@@ -164,6 +165,7 @@ static void run_on(struct session *s, const struct arguments *a)
     (void)a;
     struct outcome outcome = drive_switch_on(s->axis);
     if (outcome.error == ERROR_NONE) {
+        owner_take(s->axis, OWNER_CONSOLE);
         while (is_preparing(s)) {
         }
         outcome = s->axis->switching.outcome;
@@ -174,6 +176,13 @@ static void run_on(struct session *s, const struct arguments *a)
                    s->axis->switching.tuning.current_margin_u16 * 360 / 65536);
         warn_of_bus(s);
     }
+}
+
+static void run_take(struct session *s, const struct arguments *a)
+{
+    (void)a;
+    owner_take_over(s->axis, OWNER_CONSOLE);
+    answer(s, OUTCOME_OK);
 }
 
 static void run_angle(struct session *s, const struct arguments *a)
@@ -194,6 +203,8 @@ const struct command commands_drive[] = {
     {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start",
      .run = run_status},
     {"on", "", "calibrate, align if needed, enable operation", .run = run_on, .begins = PROGRESS_ON},
+    {"take", "", "command what another line commands: it goes on as it is, and that one is refused from now on",
+     .run = run_take},
 };
 
 const struct command commands_motion[] = {
@@ -217,7 +228,7 @@ _Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_
 const struct command commands_angle[] = {
     {"angle", " encoder|observer|hall",
      "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
-     {ARGUMENT_CHOICE}, .run = run_angle},
+     {ARGUMENT_CHOICE}, .run = run_angle, .commands = true},
     {"forget", "", "the angle between encoder and magnets, while off: the next 'on' aligns", .request = drive_forget},
 };
 /* clang-format on */

@@ -30,6 +30,6 @@ const struct command commands_position[] = {
 };
 
 const struct command commands_zero[] = {
-    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero},
+    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero, .commands = true},
 };
 /* clang-format on */

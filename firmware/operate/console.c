@@ -57,7 +57,7 @@ static void finish_line(struct console *k)
 {
     const bool machine = k->session.machine;
     for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
-        drive_hear(axis_numbered(k, axis));
+        owner_hear(axis_numbered(k, axis), OWNER_CONSOLE);
     }
     stream_hear(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
@@ -117,6 +117,15 @@ static void announce_fault(struct console *k, uint32_t axis)
     k->announced[axis] = fault;
 }
 
+static void announce_stop(struct console *k, uint32_t axis)
+{
+    const uint32_t by = axis_numbered(k, axis)->owner.stopped_by;
+    if (by != k->stopped_by[axis] && by > OWNER_CONSOLE) {
+        announce(k, axis, "warning", message_of_owner(by), " has stopped the drive");
+    }
+    k->stopped_by[axis] = by;
+}
+
 /* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
 static void announce_warnings(struct console *k, uint32_t axis)
 {
@@ -166,6 +175,7 @@ bool console_poll(struct console *k)
     }
     for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
         announce_fault(k, axis);
+        announce_stop(k, axis);
         announce_warnings(k, axis);
         announce_progress(k, axis);
     }

@@ -18,6 +18,7 @@ struct console {
     struct line line;
     bool incomplete;                          /* characters of this line were lost */
     uint32_t announced[AXIS_COUNT];           /* enum fault last reported */
+    uint32_t stopped_by[AXIS_COUNT];          /* enum owner last reported */
     uint32_t warned[AXIS_COUNT][FAULT_WORDS]; /* warnings already reported */
 };
 

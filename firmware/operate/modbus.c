@@ -32,7 +32,7 @@ void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axes, const
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         m->drives[n].axis = &axes[n];
         m->drives[n].slots = &slots[n];
-        cia402_init(&m->drives[n].cia402);
+        cia402_init(&m->drives[n].cia402, OWNER_MODBUS);
     }
     open_line(m);
 }
@@ -41,6 +41,9 @@ static void follow_parameters(struct modbus *m)
 {
     const struct params *const p = &m->drives[0].axis->params;
     if (p->modbus_address != m->address || p->modbus_baud != m->baud || p->modbus_parity != m->parity) {
+        for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+            owner_leave(m->drives[n].axis, OWNER_MODBUS);
+        }
         open_line(m);
     }
 }
@@ -59,11 +62,12 @@ static void carry_out(struct modbus *m, struct bus_drive *d, size_t length)
     const uint8_t to = m->frame.bytes[0];
     const bool broadcast = to == MODBUS_BROADCAST;
     const size_t count = length - 1u - CRC16_BYTES;
-    drive_hear(d->axis);
+    owner_hear(d->axis, OWNER_MODBUS);
     const size_t replied = modbus_function(d, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
     if (!broadcast) {
         send_reply(m, to, replied);
     }
+    cia402_poll(&d->cia402, d->axis); /* before the next word takes its place */
 }
 
 /* Handles a frame at the start of the received bytes: carries it out if it is for this drive and in time. */

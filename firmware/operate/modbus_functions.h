@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Modbus functions 3, 4, 6, 16, 22, 23 and 43/14 (MODBUS Application Protocol V1.1b3) and the registers that they work on.
- * After an exception nothing has changed. Thread.
+ * After an exception nothing has changed, but that a word which stops is obeyed. Thread.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_FUNCTIONS_H
 #define FIRMWARE_OPERATE_MODBUS_FUNCTIONS_H
@@ -19,7 +19,8 @@ enum modbus_exception {
     MODBUS_ILLEGAL_FUNCTION,
     MODBUS_ILLEGAL_ADDRESS,
     MODBUS_ILLEGAL_VALUE,
-    MODBUS_DEVICE_FAILURE, /* the drive's state does not allow it */
+    MODBUS_DEVICE_FAILURE,  /* the drive's state does not allow it */
+    MODBUS_DEVICE_BUSY = 6, /* another line commands it */
 };
 
 /* Where reactions to faults begin, by fault number; and parameters in the order of param_table, two registers each. */

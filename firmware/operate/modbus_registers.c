@@ -72,6 +72,7 @@ static enum modbus_exception exception_of(enum object_refusal refusal)
 {
     return refusal == OBJECT_FINE        ? MODBUS_FINE
            : refusal == OBJECT_BAD_STATE ? MODBUS_DEVICE_FAILURE
+           : refusal == OBJECT_COMMANDED ? MODBUS_DEVICE_BUSY
                                          : MODBUS_ILLEGAL_VALUE;
 }
 
@@ -95,6 +96,12 @@ enum modbus_exception modbus_write(struct bus_drive *d, uint32_t at, uint32_t co
 {
     struct object_change change;
     object_begin(&change, d);
-    const enum modbus_exception wrong = gather_change(&change, at, count, bytes);
-    return wrong == MODBUS_FINE ? exception_of(object_commit(&change, d)) : wrong;
+    enum modbus_exception wrong = gather_change(&change, at, count, bytes);
+    if (wrong == MODBUS_FINE) {
+        wrong = exception_of(object_commit(&change, d));
+    }
+    if (wrong != MODBUS_FINE && wrong != MODBUS_ILLEGAL_ADDRESS) {
+        object_stop(&change, d);
+    }
+    return wrong;
 }

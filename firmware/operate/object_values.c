@@ -3,14 +3,14 @@
 
 #include "firmware/drive/nvm.h"
 #include "firmware/drive/reaction.h"
+#include "firmware/operate/profile_objects.h"
 #include "firmware/operate/quantities.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
 #include "lib/q15.h"
 
-#define PRODUCT     0x6D666F63u
-#define DRIVE_MODES (0x30Cu | (FEATURE_IN(POSITION) ? 0xA1u : 0u)) /* pv, tq, csv, cst; pp, hm, csp */
-#define NO_SOURCE   UINT32_MAX
+#define PRODUCT   0x6D666F63u
+#define UNCHANGED UINT32_MAX
 
 /* ---- places ---- */
 
@@ -27,14 +27,17 @@ const struct object_row objects[OBJECT_COUNT] = {
 
 enum object_type object_type(const struct object_place *p)
 {
-    return p->kind == PLACE_OBJECT  ? (enum object_type)objects[p->number].type
-           : p->kind == PLACE_PARAM ? OBJECT_TYPE_I32
-                                    : OBJECT_TYPE_U16;
+    return p->kind == PLACE_OBJECT    ? (enum object_type)objects[p->number].type
+           : p->kind == PLACE_PROFILE ? (enum object_type)profile_objects[p->number].type
+           : p->kind == PLACE_PARAM   ? OBJECT_TYPE_I32
+                                      : OBJECT_TYPE_U16;
 }
 
 bool object_is_writable(const struct object_place *p)
 {
-    return p->kind != PLACE_OBJECT || objects[p->number].writable;
+    return p->kind == PLACE_OBJECT    ? objects[p->number].writable
+           : p->kind == PLACE_PROFILE ? profile_objects[p->number].writable
+                                      : true;
 }
 
 /* ---- reading ---- */
@@ -88,6 +91,7 @@ struct object_view object_view(const struct bus_drive *d)
                                 drive_status(d->axis),
                                 {.setpoints = d->cia402.setpoints,
                                  .source = d->axis->tuning.angle_source,
+                                 .owner = d->axis->owner.who,
                                  .polarity = axis_forward(d->axis) < 0 ? OBJECTS_TURNED : 0u}};
 }
 
@@ -96,6 +100,9 @@ uint32_t object_get(const struct object_view *v, const struct object_place *p)
     if (p->kind == PLACE_PARAM) {
         return (uint32_t)param_get(&v->axis->params, &param_table[p->number]);
     }
+    if (p->kind == PLACE_PROFILE) {
+        return (uint32_t)profile_value(&profile_objects[p->number], &v->axis->params, v->cia402->exponent);
+    }
     return p->kind == PLACE_REACTION ? v->axis->reactions.choice[p->number] : object_value(v, p->number);
 }
 
@@ -103,8 +110,10 @@ uint32_t object_get(const struct object_view *v, const struct object_place *p)
 
 void object_begin(struct object_change *c, const struct bus_drive *d)
 {
-    *c = (struct object_change){.params = d->axis->params,
-                                .writable = {.setpoints = d->cia402.setpoints, .source = NO_SOURCE}};
+    *c = (struct object_change){
+        .params = d->axis->params,
+        .writable = {
+            .setpoints = d->cia402.setpoints, .source = UNCHANGED, .owner = UNCHANGED, .exponent = d->cia402.exponent}};
     for (uint32_t fault = 0; fault < FAULT_COUNT; fault++) {
         c->choice[fault] = d->axis->reactions.choice[fault];
     }
@@ -120,6 +129,38 @@ static enum object_refusal change_param(struct object_change *c, uint32_t number
     param_set(&c->params, info, value);
     c->params_changed++;
     return OBJECT_FINE;
+}
+
+static enum object_refusal change_named(struct object_change *c, const char *name, int32_t value)
+{
+    return change_param(c, (uint32_t)(param_find(name) - param_table), value);
+}
+
+/* Another name of a parameter; what none is behind can only be what it is. */
+static enum object_refusal change_profile(struct object_change *c, uint32_t number, int32_t value)
+{
+    const struct profile_object *const o = &profile_objects[number];
+    const int32_t exponent = c->writable.exponent, now = profile_value(o, &c->params, exponent);
+    int32_t wanted;
+    if (o->type == OBJECT_TYPE_U32 && value < 0) {
+        return OBJECT_TOO_HIGH;
+    }
+    if (o->how == PROFILE_EXPONENT) {
+        if (value < -3 || value > 0) {
+            return OBJECT_BAD_VALUE;
+        }
+        c->writable.exponent = value;
+    }
+    const char *const name = profile_param(o, &c->params, exponent, value, &wanted);
+    if (name != NULL) {
+        const bool ramp = o->how == PROFILE_RAMP;
+        return ramp && change_named(c, "profile_rpm_s", 0) != OBJECT_FINE ? OBJECT_BAD_VALUE
+                                                                          : change_named(c, name, wanted);
+    }
+    if (o->how == PROFILE_QUICK) {
+        return value <= now ? OBJECT_FINE : OBJECT_TOO_HIGH;
+    }
+    return value == now ? OBJECT_FINE : OBJECT_BAD_VALUE;
 }
 
 static enum object_refusal change_choice(struct object_change *c, uint32_t fault, int32_t choice)
@@ -170,7 +211,7 @@ static enum object_refusal change_object(struct object_change *c, uint32_t objec
         (object == OBJECT_restore && w->restore != OBJECTS_LOAD)) {
         return OBJECT_NO_CODE_WORD;
     }
-    return object == OBJECT_angle_source && w->source > PARAM_ANGLE_HALL ? OBJECT_BAD_VALUE : OBJECT_FINE;
+    return object == OBJECT_angle_source && w->source >= PARAM_ANGLES ? OBJECT_BAD_VALUE : OBJECT_FINE;
 }
 
 enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value)
@@ -178,7 +219,9 @@ enum object_refusal object_change(struct object_change *c, const struct object_p
     if (p->kind == PLACE_PARAM) {
         return change_param(c, p->number, value);
     }
-    return p->kind == PLACE_REACTION ? change_choice(c, p->number, value) : change_object(c, p->number, value);
+    return p->kind == PLACE_REACTION  ? change_choice(c, p->number, value)
+           : p->kind == PLACE_PROFILE ? change_profile(c, p->number, value)
+                                      : change_object(c, p->number, value);
 }
 
 /*
@@ -206,6 +249,17 @@ static enum object_refusal judge_change(const struct object_change *c, const str
     return go_together(c, a) ? OBJECT_FINE : OBJECT_BAD_VALUE;
 }
 
+/* A stop is everybody's, and so is a word that asks for nothing; targets, modes, halts and what enables are the owner's. */
+static struct outcome owner_forbids(const struct object_change *c, const struct bus_drive *d)
+{
+    const struct object_writable *const w = &c->writable;
+    const uint32_t word = c->setpoints & 1u << OBJECT_control_word;
+    const bool commands =
+        (word != 0u && cia402_enables(w->setpoints.control_word)) || c->setpoints != word || w->source != UNCHANGED;
+    const bool stops = word != 0u && cia402_stops(w->setpoints.control_word);
+    return commands && !stops && w->owner == UNCHANGED ? owner_allows(d->axis, d->cia402.who) : OUTCOME_OK;
+}
+
 static bool store_settings(struct bus_drive *d)
 {
     struct saved unused;
@@ -219,14 +273,20 @@ static enum object_refusal carry_out_actions(struct bus_drive *d, const struct o
 {
     const bool refused = (w->restore != 0u && drive_defaults(d->axis).error != ERROR_NONE) ||
                          (w->store != 0u && !store_settings(d)) ||
-                         (w->source != NO_SOURCE && !cia402_change_source(&d->cia402, d->axis, w->source));
+                         (w->source != UNCHANGED && !cia402_change_source(&d->cia402, d->axis, w->source));
     return refused ? OBJECT_BAD_STATE : OBJECT_FINE;
 }
 
+/* A take-over, in the same write or alone, has set mode and targets to what is in effect: but for those that are written. */
 static void adopt_setpoints(struct bus_drive *d, const struct object_change *c)
 {
     const uint32_t not_targets = 1u << OBJECT_control_word | 1u << OBJECT_homing_method;
-    cia402_accept(&d->cia402, &c->writable.setpoints, (c->setpoints & 1u << OBJECT_control_word) != 0u,
+    const struct cia402_setpoints *const now = &d->cia402.setpoints;
+    struct cia402_setpoints s = c->writable.setpoints;
+    s.mode = (c->setpoints & 1u << OBJECT_mode) != 0u ? s.mode : now->mode;
+    s.target_rpm = (c->setpoints & 1u << OBJECT_target_velocity) != 0u ? s.target_rpm : now->target_rpm;
+    s.target_torque_pm = (c->setpoints & 1u << OBJECT_target_torque) != 0u ? s.target_torque_pm : now->target_torque_pm;
+    cia402_accept(&d->cia402, &s, (c->setpoints & 1u << OBJECT_control_word) != 0u,
                   (c->setpoints & ~not_targets) != 0u);
 }
 
@@ -235,6 +295,7 @@ static void adopt_change(struct bus_drive *d, const struct object_change *c)
     if (c->params_changed > 0u) {
         d->axis->params = c->params;
     }
+    d->cia402.exponent = c->writable.exponent;
     for (uint32_t fault = 0; c->choices_changed > 0u && fault < FAULT_COUNT; fault++) {
         d->axis->reactions.choice[fault] = c->choice[fault];
     }
@@ -247,7 +308,22 @@ enum object_refusal object_check(const struct object_change *c, struct bus_drive
         d->cia402.refusal = c->absent;
         return OBJECT_BAD_VALUE;
     }
-    return judge_change(c, d->axis);
+    const struct outcome forbidden = owner_forbids(c, d);
+    if (forbidden.error != ERROR_NONE) {
+        d->cia402.refusal = forbidden;
+        return OBJECT_COMMANDED;
+    }
+    const bool another = c->writable.owner != UNCHANGED && c->writable.owner != (uint32_t)d->cia402.who;
+    return another ? OBJECT_BAD_VALUE : judge_change(c, d->axis);
+}
+
+void object_stop(const struct object_change *c, struct bus_drive *d)
+{
+    struct cia402_setpoints s = d->cia402.setpoints;
+    s.control_word = c->writable.setpoints.control_word;
+    if ((c->setpoints & 1u << OBJECT_control_word) != 0u && cia402_stops(s.control_word)) {
+        cia402_accept(&d->cia402, &s, true, false);
+    }
 }
 
 enum object_refusal object_commit(struct object_change *c, struct bus_drive *d)
@@ -257,6 +333,9 @@ enum object_refusal object_commit(struct object_change *c, struct bus_drive *d)
         wrong = carry_out_actions(d, &c->writable);
     }
     if (wrong == OBJECT_FINE) {
+        if (c->writable.owner != UNCHANGED) {
+            cia402_take_over(&d->cia402, d->axis);
+        }
         adopt_change(d, c);
     }
     return wrong;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What the buses read and write of a drive: the objects of objects.h, reactions to faults, parameters. Where each of them
- * stands is the bus's affair. After a refusal nothing has changed. Thread.
+ * stands is the bus's affair. After a refusal nothing has changed, but
+ * that a word which stops has. Thread.
  */
 #ifndef FIRMWARE_OPERATE_OBJECT_VALUES_H
 #define FIRMWARE_OPERATE_OBJECT_VALUES_H
@@ -28,12 +29,13 @@ enum object_refusal {
     OBJECT_BAD_VALUE,
     OBJECT_NO_CODE_WORD, /* of store or restore */
     OBJECT_BAD_STATE,    /* the drive's state does not allow it */
+    OBJECT_COMMANDED,    /* another line commands */
 };
 
 /* One value, wherever it comes from. */
 struct object_place {
-    enum { PLACE_NONE, PLACE_OBJECT, PLACE_REACTION, PLACE_PARAM } kind;
-    uint32_t number; /* enum object_id, enum fault, or row of param_table */
+    enum { PLACE_NONE, PLACE_OBJECT, PLACE_REACTION, PLACE_PARAM, PLACE_PROFILE } kind;
+    uint32_t number; /* enum object_id, enum fault, or row of param_table, of profile_objects */
 };
 
 enum object_type object_type(const struct object_place *p);
@@ -43,8 +45,10 @@ bool object_is_writable(const struct object_place *p);
 struct object_writable {
     struct cia402_setpoints setpoints;
     uint32_t source; /* of the angle */
+    uint32_t owner;  /* enum owner */
     uint32_t store, restore;
     uint32_t polarity; /* parameter direction: OBJECTS_TURNED, or 0 */
+    int32_t exponent;  /* 0x60C2:2 */
 };
 
 /* Values of one instant. */
@@ -78,5 +82,8 @@ void object_begin(struct object_change *c, const struct bus_drive *d);
 enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value);
 enum object_refusal object_check(const struct object_change *c, struct bus_drive *d);
 enum object_refusal object_commit(struct object_change *c, struct bus_drive *d);
+
+/* Of a write that was refused: a word among it that only stops is obeyed, whatever came with it. */
+void object_stop(const struct object_change *c, struct bus_drive *d);
 
 #endif

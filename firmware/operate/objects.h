@@ -27,6 +27,8 @@
       w->setpoints.homing_method) \
     X(0x0008, 0, U16, RW, angle_source, "", "in effect: 0 encoder, 1 observer, 2 Hall; written: takes over while it turns", \
       w->source) \
+    X(0x0009, 0, U16, RW, owner, "", "who commands: 0 nobody, 1 console, 2 Modbus, 3 CAN; one's own number takes over", \
+      w->owner) \
     X(0x000C, 0x607E00, U8, RW, polarity, "", "parameter direction: 0x00, or 0xC0, position and velocity turned together", \
       w->polarity) \
     X(0x0010, 0x604100, U16, RO, status_word, "", "the state machine", cia402_status_word(cia402, axis, now)) \
@@ -69,7 +71,7 @@
     X(0x0084, 0x101802, U32, RO, product, "", "0x6D666F63", PRODUCT) \
     X(0x0086, 0x101803, U32, RO, revision, "", "of the firmware: major, minor, patch, a byte each", revision()) \
     X(0x0088, 0x101804, U32, RO, serial, "", "0: none is kept", 0) \
-    X(0x008A, 0x650200, U32, RO, drive_modes, "", "a bit for each mode less one", DRIVE_MODES) \
+    X(0x008A, 0x650200, U32, RO, drive_modes, "", "bit n: mode n + 1, with this angle source", cia402_supported_modes(axis)) \
     X(0x008C, 0x607500, U32, RO, rated_current, "mA", "i_rated_ma, what torques are relative to", axis->params.i_rated_ma) \
     X(0x008E, 0x608000, U32, RO, max_velocity, "rpm", "speed_max_rpm", axis->params.speed_max_rpm) \
     X(0x0090, 0, U16, RO, map_version, "", "of this table; 1", MODBUS_MAP_VERSION) \

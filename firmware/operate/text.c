@@ -5,6 +5,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/operate/canopen.h"
+#include "firmware/operate/messages.h"
 #include "firmware/operate/modbus.h"
 #include "firmware/settings/features.h"
 
@@ -47,13 +48,31 @@ static bool wait_for_room(struct text *t)
     return true;
 }
 
-void text_put_char(struct text *t, char c)
+static void put_plain(struct text *t, char c)
 {
     t->given_up = !wait_for_room(t);
     if (t->given_up) {
         t->lost = true;
     } else {
         (void)mmuart_put(t->uart, c);
+    }
+}
+
+void text_put_char(struct text *t, char c)
+{
+    char waiting[MESSAGE_WAITING];
+    uint32_t count = 0;
+    for (;;) {
+        while ((uint8_t)c >= MESSAGE_PAIR) {
+            const char *const pair = &message_pairs[2u * ((uint8_t)c - MESSAGE_PAIR)];
+            waiting[count++] = pair[1];
+            c = pair[0];
+        }
+        put_plain(t, c);
+        if (count == 0u) {
+            return;
+        }
+        c = waiting[--count];
     }
 }
 

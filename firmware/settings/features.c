@@ -24,13 +24,11 @@ static struct outcome unless_absent(enum feature f)
     return FEATURE_IS_IN(f) ? OUTCOME_OK : feature_absent(f);
 }
 
+#define SOURCE_FEATURE(name, feature, start, properties) FEATURE_##feature,
+
 struct outcome features_allow_source(int32_t source)
 {
-    static const uint8_t of_source[] = {
-        [PARAM_ANGLE_ENCODER] = FEATURE_ENCODER,
-        [PARAM_ANGLE_SENSORLESS] = FEATURE_SENSORLESS,
-        [PARAM_ANGLE_HALL] = FEATURE_HALL,
-    };
+    static const uint8_t of_source[] = {SOURCES(SOURCE_FEATURE)};
     return unless_absent((enum feature)of_source[source]);
 }
 

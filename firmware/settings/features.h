@@ -48,6 +48,22 @@ enum { FEATURES(FEATURE_BIT) };
 /* With one source of the angle there is none to change to, and nothing to ask. */
 #define FEATURE_SOURCES (FEATURE_IN(ENCODER) + FEATURE_IN(HALL) + FEATURE_IN(SENSORLESS))
 
+#define SOURCE_BIT(name, feature, start, properties) \
+    | (FEATURE_IN(feature) && ((uint32_t)(properties)&wanted) != 0u ? 1u << PARAM_ANGLE_##name : 0u)
+
+/* Of what is built in: a bit for each source that has one of these properties. */
+static inline uint32_t sources_with(uint32_t wanted)
+{
+    return 0u SOURCES(SOURCE_BIT);
+}
+
+/* True if a source, enum param_angle, has one of these properties. Any context. */
+static inline bool source_has(uint32_t source, uint32_t wanted)
+{
+    const uint32_t with = sources_with(wanted);
+    return with == sources_with(UINT32_MAX) || (with >> source & 1u) != 0u;
+}
+
 static inline struct outcome feature_absent(enum feature f)
 {
     return (struct outcome){ERROR_NOT_IN_BUILD, (int32_t)f};

@@ -3,6 +3,8 @@
 
 #include <stdbool.h>
 
+#include "firmware/settings/records.h"
+
 #define PARAM_ROW(field, least, most, initial, what) \
     {#field, (least), (most), (initial), offsetof(struct params, field)},
 
@@ -22,19 +24,10 @@ void params_init(struct params *p)
     }
 }
 
-static bool same_name(const char *a, const char *b)
-{
-    while (*a != '\0' && *a == *b) {
-        a++;
-        b++;
-    }
-    return *a == *b;
-}
-
 const struct param_info *param_find(const char *name)
 {
     for (size_t i = 0; i < param_count; i++) {
-        if (same_name(param_table[i].name, name)) {
+        if (record_name_is(param_table[i].name, name)) {
             return &param_table[i];
         }
     }

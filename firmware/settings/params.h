@@ -11,17 +11,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "firmware/settings/sources.h"
+
 /* The speed loop stores this many torque demands. */
 #define PARAM_TORQUE_MEAN_MOST_MS 4
 
 /* The profile stores this many speeds. */
 #define PARAM_JERK_MOST_MS 250
-
-enum param_angle {
-    PARAM_ANGLE_ENCODER,
-    PARAM_ANGLE_SENSORLESS, /* the flux observer, and a prescribed field where that has no signal */
-    PARAM_ANGLE_HALL,       /* three Hall switches */
-};
 
 /* clang-format off */
 /*

@@ -44,3 +44,12 @@ void record_head(uint8_t head[RECORD_HEAD_BYTES], uint32_t kind, const char *nam
     head[2] = (uint8_t)value_bytes;
     head[3] = (uint8_t)(value_bytes >> 8);
 }
+
+bool record_name_is(const char *a, const char *b)
+{
+    while (*a != '\0' && *a == *b) {
+        a++;
+        b++;
+    }
+    return *a == *b;
+}

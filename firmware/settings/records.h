@@ -53,4 +53,7 @@ void record_head(uint8_t head[RECORD_HEAD_BYTES], uint32_t kind, const char *nam
 
 uint32_t record_name_bytes(const char *name);
 
+/* True if two names are the same. */
+bool record_name_is(const char *a, const char *b);
+
 #endif

@@ -110,17 +110,18 @@ static void tune_limits(const struct params *p, struct tuning *t)
 /* Checks the bandwidths' margins and the encoder's resolution. */
 static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
+    const bool counts = source_has((uint32_t)p->angle_source, SOURCE_COUNTS);
     const int32_t current_bw_hz = margin_current_bw_hz(t->update, t->samples);
     if (p->current_bw_hz > current_bw_hz) {
         return (struct outcome){ERROR_CURRENT_MARGIN, current_bw_hz};
     }
     t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
     const int32_t least_counts = MARGIN_COUNTS_A_POLE_PAIR * p->pole_pairs;
-    if (p->angle_source == PARAM_ANGLE_ENCODER && p->encoder_counts < least_counts) {
+    if (counts && p->encoder_counts < least_counts) {
         return (struct outcome){ERROR_ENCODER_COARSE, least_counts};
     }
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
-    if (p->angle_source == PARAM_ANGLE_ENCODER && p->speed_bw_hz > resolved_hz) {
+    if (counts && p->speed_bw_hz > resolved_hz) {
         return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED)
                                : (struct outcome){ERROR_SPEED_RESOLUTION, resolved_hz};
     }
@@ -158,11 +159,11 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     tuning_start(p, t);
     struct hall_table hall;
     enum error problem = FEATURE_IN(HALL) ? hall_table_of(p, &hall) : ERROR_NONE;
-    if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_HALL) {
+    if (problem != ERROR_NONE && source_has((uint32_t)p->angle_source, SOURCE_SWITCHES)) {
         return outcome_of(problem);
     }
     problem = tuning_observer(p, t);
-    if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_SENSORLESS) {
+    if (problem != ERROR_NONE && source_has((uint32_t)p->angle_source, SOURCE_ESTIMATES)) {
         return outcome_of(problem);
     }
     const struct outcome absent = features_allow_source(p->angle_source); /* not before: the loops run by it even so */

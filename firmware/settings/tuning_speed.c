@@ -4,6 +4,7 @@
  * amperes and psi as in mtpa.h, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
  */
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
@@ -73,12 +74,14 @@ static struct outcome tune_speed_gains(const struct params *p, struct tuning *t)
     if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
         return another_inertia(p, kp < 1, flux_current_e3);
     }
-    const int64_t edges = p->angle_source == PARAM_ANGLE_HALL ? 6 * p->pole_pairs : p->encoder_counts;
+    const int64_t edges =
+        source_has((uint32_t)p->angle_source, SOURCE_SWITCHES) ? 6 * p->pole_pairs : p->encoder_counts;
     const int64_t ki_min = scale(t->i_max_q15 * edges, 65536LL * 2048, COUNT_WEIGHS * TURN_TRAVEL);
     t->speed_kp_q16 = (int32_t)kp;
     t->speed_ki_q16 = (int32_t)ki;
-    t->speed_ki_min_q16 =
-        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : scale_clamp(ki_min, 0, (int32_t)ki); /* no edges */
+    t->speed_ki_min_q16 = source_has((uint32_t)p->angle_source, SOURCE_ESTIMATES)
+                              ? 0
+                              : scale_clamp(ki_min, 0, (int32_t)ki); /* no edges */
     t->speed_accel_q8 = (int32_t)accel;
     t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;
@@ -93,4 +96,58 @@ struct outcome tuning_speed(const struct params *p, struct tuning *t)
         tune_estimate(p, t);
     }
     return problem;
+}
+
+/* ==== position ==== */
+
+/*
+ * Units and gains of the position loop and the profile. A unit is 2^-shift counts: the smallest with which speed_max is at most
+ * UNITS_MOST units a millisecond, but not below 2^-SHIFT_MOST. The sum of PARAM_JERK_MOST_MS such speeds stays below 2^30.
+ */
+
+#define UNITS_MOST (1LL << 22)
+#define SHIFT_MOST 24
+#define MINUTE_MS  60000LL
+#define BW_SHARE   5 /* of the speed loop's, if none is set */
+#define MILLI      1000
+
+_Static_assert(CONFIG_SLOW_HZ == 1000, "the profile steps in milliseconds");
+_Static_assert(UNITS_MOST *PARAM_JERK_MOST_MS < 1LL << 30, "the profile's sums have 31 bits and a sign");
+
+static int32_t shift_of(const struct params *p)
+{
+    int32_t shift = 0;
+    while (shift < SHIFT_MOST &&
+           ((int64_t)p->speed_max_rpm * p->encoder_counts << (shift + 1)) <= UNITS_MOST * MINUTE_MS) {
+        shift++;
+    }
+    return shift;
+}
+
+static void tune_profile(const struct params *p, struct tuning_profile *t)
+{
+    const int64_t counts_a_minute = (int64_t)p->speed_max_rpm * p->profile_speed_pm * p->encoder_counts;
+    const int32_t rpm_s = p->profile_rpm_s != 0 ? p->profile_rpm_s : p->ramp_rpm_s;
+    const int64_t a = scale((int64_t)rpm_s * p->encoder_counts, 1LL << t->shift, MINUTE_MS * CONFIG_SLOW_HZ);
+    t->v_max = scale_clamp(scale(counts_a_minute, 1LL << t->shift, MINUTE_MS * MILLI), 1, INT32_MAX);
+    t->a_max = scale_clamp(a, 1, t->v_max);
+    t->window = p->profile_jerk_ms;
+    t->window_q30 = (1 << 30) / p->profile_jerk_ms;
+}
+
+void tuning_position(const struct params *p, struct tuning *t)
+{
+    t->profile.shift = shift_of(p);
+    tune_profile(p, &t->profile);
+    const int64_t turn_units = (int64_t)p->encoder_counts << t->profile.shift;
+    const int64_t bw_mhz =
+        p->position_bw_hz != 0 ? (int64_t)p->position_bw_hz * MILLI : (int64_t)p->speed_bw_hz * MILLI / BW_SHARE;
+    t->rpm_per_unit_q20 = (int32_t)scale(MINUTE_MS * 65536, 1 << 20, turn_units);
+    t->position_gain_q21 = (int32_t)scale(2LL * t->rpm_per_unit_q20, bw_mhz * (TWO_PI_E9 / MILLI), 1000000000000LL);
+    t->following_units = turn_units * p->following_mturn / MILLI;
+    t->cyclic_ms = p->cyclic_ms;
+    t->home_rpm_q16 = (p->direction != 0 ? -p->home_rpm : p->home_rpm) * 65536;
+    t->learn_rpm_q16 = p->learn_rpm * 65536;
+    t->turn_scale_q32 = (uint32_t)scale(1, 1LL << 32, p->encoder_counts);
+    t->home_i_q15 = t->i_max_q15 * p->home_pct / 100;
 }

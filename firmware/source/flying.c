@@ -41,10 +41,10 @@ void flying_begin(struct axis *a)
 /* The track gives the rotor's position at the next sample. */
 static void place(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const struct emf_track *const t = &a->flying.track;
     const uint32_t mask = cpu_irq_save();
-    c->pll.speed_q32 = t->speed_q32;
+    current_loop_run(c, t->speed_q32);
     observer_reset(c, &a->tuning, emf_track_rotor_q32(t, adc_sequence(&a->fabric->adc) + 1u), 0);
     cpu_irq_restore(mask);
 }
@@ -73,7 +73,7 @@ static void open_gates_to_emf(struct axis *a)
  */
 static void turn_to_rotor(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const uint32_t mask = cpu_irq_save();
     place(a);
     current_loop_follow_rotor(c);

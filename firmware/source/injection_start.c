@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/source/rotor.h"
 #include "lib/angle.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
@@ -47,7 +48,7 @@ enum start_step {
 
 bool injection_wanted(const struct axis *a)
 {
-    return a->tuning.angle_source == PARAM_ANGLE_SENSORLESS && a->tuning.injection.v_q15 != 0;
+    return rotor_is_sensorless(a) && a->tuning.injection.v_q15 != 0;
 }
 
 void injection_begin(struct axis *a)
@@ -87,10 +88,7 @@ static void add_angle(struct axis *a)
 /* No voltage except the wave: the EMF brakes. */
 static void short_windings(volatile struct current_loop *c)
 {
-    c->integral_d_q9 = 0;
-    c->integral_q_q9 = 0;
-    c->feedforward_d_steps = 0;
-    c->feedforward_q_steps = 0;
+    current_loop_drop_voltage(c);
 }
 
 static enum injection_result leave_sweep(struct axis *a)
@@ -146,9 +144,8 @@ static void begin_polarity(struct axis *a, int32_t i_q15)
 static void injection_turn_round(volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
-    c->pll.angle_q32 += 0x80000000u;
-    c->integral_d_q9 = -c->integral_d_q9;
-    c->integral_q_q9 = -c->integral_q_q9;
+    current_loop_correct(c, 0x80000000u, 0);
+    current_loop_hold(c, -c->integral_d_q9, -c->integral_q_q9);
     cpu_irq_restore(mask);
 }
 
@@ -183,7 +180,7 @@ static enum injection_result leave_polarity(struct axis *a)
     if (s->told && s->with < s->against) {
         injection_turn_round(&a->loop);
     }
-    a->loop.i_d_ref_q15 = 0;
+    current_loop_ask_d(&a->loop, 0);
     next_step(s, STEP_REST);
     return INJECTION_RUNNING;
 }
@@ -201,7 +198,7 @@ static enum injection_result tell_polarity(struct axis *a)
         *(with ? &s->with : &s->against) += (int32_t)seen;
         *(with ? &s->with_squares : &s->against_squares) += seen * seen;
     }
-    a->loop.i_d_ref_q15 = with ? s->i_q15 : -s->i_q15;
+    current_loop_ask_d(&a->loop, with ? s->i_q15 : -s->i_q15);
     s->ms++;
     return INJECTION_RUNNING;
 }
@@ -289,7 +286,7 @@ static enum injection_result push_north(struct axis *a)
     }
     const int32_t i_q15 =
         (ms < s->push_ms) == (window != 1u) ? a->tuning.i_max_q15 / 3 * 2 : -a->tuning.i_max_q15 / 3 * 2;
-    a->loop.i_q_ref_q15 = ms < 2u * s->push_ms ? i_q15 : 0;
+    current_loop_ask_q(&a->loop, ms < 2u * s->push_ms ? i_q15 : 0);
     s->ms++;
     return INJECTION_RUNNING;
 }

@@ -20,19 +20,19 @@
 /* True if an encoder gives the angle. Any context. */
 static inline bool rotor_has_encoder(const struct axis *a)
 {
-    return FEATURE_IN(ENCODER) && (FEATURE_SOURCES == 1 || a->tuning.angle_source == PARAM_ANGLE_ENCODER);
+    return source_has(a->tuning.angle_source, SOURCE_COUNTS);
 }
 
 /* True if Hall switches do. Any context. */
 static inline bool rotor_has_hall(const struct axis *a)
 {
-    return FEATURE_IN(HALL) && (FEATURE_SOURCES == 1 || a->tuning.angle_source == PARAM_ANGLE_HALL);
+    return source_has(a->tuning.angle_source, SOURCE_SWITCHES);
 }
 
 /* True if neither does: the observer, or a field that the rotor follows. Any context. */
 static inline bool rotor_is_sensorless(const struct axis *a)
 {
-    return FEATURE_IN(SENSORLESS) && (FEATURE_SOURCES == 1 || a->tuning.angle_source == PARAM_ANGLE_SENSORLESS);
+    return source_has(a->tuning.angle_source, SOURCE_ESTIMATES);
 }
 
 /* True if the rotor's angle is known, not just that of a field it should follow. Any context. */

@@ -4,12 +4,69 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/settings/config.h"
-#include "firmware/source/injection_lead.h"
 #include "firmware/source/rotor.h"
 #include "lib/angle.h"
 #include "lib/limit.h"
 #include "lib/pi.h"
 #include "lib/polar.h"
+#include "lib/q15.h"
+
+/* ==== the lead of injection's angle ==== */
+
+#define OBSERVER_MS 20u /* the observer must see the rotor for this long before it leads */
+
+/*
+ * And once its tracking loop, whose pole scales with the speed, is five sixths as fast as the injection's: a slow one slows
+ * down further and loses the rotor when a load step stops it. Back when it is two thirds as fast.
+ */
+#define TAKES_SIXTHS  5
+#define LEAVES_SIXTHS 4
+
+/* Or once the wave no longer fits beside the voltage that the q current takes at this speed. */
+#define ROOM_LEAST_Q8 240
+#define ROOM_BACK_Q8  288
+
+static bool observer_is_quick(const struct axis *a, int32_t sixths)
+{
+    const int32_t w = q15_abs(a->loop.pll.speed_q32) >> 14; /* as a gain of a tracking loop with its pole there */
+    return ((w * observer_quickest_q8(&a->tuning)) >> 8) * 6 >= a->loop.inject.track * sixths;
+}
+
+void injection_after_control(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_LEAST_Q8;
+    s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_LEADS_Q8 ? s->calm_ms + 1u : 0u;
+    if (s->calm_ms >= OBSERVER_MS) {
+        observer_preset(&a->loop, &a->tuning);
+        current_loop_exchange(&a->loop, LOOP_OBSERVER);
+        s->weak_ms = 0;
+    }
+}
+
+bool injection_wants_back(const struct axis *a)
+{
+    return a->loop.inject.track != 0 && !observer_is_quick(a, LEAVES_SIXTHS) &&
+           injection_room_q8(&a->loop, &a->tuning) > ROOM_BACK_Q8;
+}
+
+bool injection_takes_over(struct axis *a)
+{
+    if (a->loop.inject.track == 0) {
+        return false;
+    }
+    injection_resume(&a->loop);
+    current_loop_exchange(&a->loop, LOOP_INJECTION);
+    (void)injection_take(&a->loop);
+    a->sensorless.calm_ms = 0;
+    return true;
+}
+
+void injection_lead_follow(struct axis *a)
+{
+    observer_follow(&a->loop, &a->tuning, OBSERVER_RESTS);
+    injection_follow(&a->loop, &a->tuning);
+}
 
 #define QUARTER_Q32    0x40000000u
 #define HOLD_SHIFT     6 /* the held voltage covers a 64th of the way per millisecond */
@@ -63,8 +120,7 @@ static void hold_voltage(struct axis *a, int32_t i_q15)
     s->i_q23 += (a->loop.i_d_q15 * (1 << 8) - s->i_q23) >> HOLD_SHIFT;
     s->v_q23 = q15_clamp(s->v_q23 + ((a->tuning.r_q12 * missing_q15) >> (4 + HOLD_SHIFT)), 0, (Q15_ONE / 2) << 8);
     const int32_t v_steps = (s->v_q23 >> 8) * CONFIG_BUS_STEPS / q15_max(a->loop.vbus_q15, a->tuning.v_min_q15);
-    a->loop.integral_d_q9 = q15_min(v_steps, LOOP_V_D_MAX_STEPS - 1) * (1 << PI_SHIFT);
-    a->loop.integral_q_q9 = 0;
+    current_loop_hold(&a->loop, q15_min(v_steps, LOOP_V_D_MAX_STEPS - 1) * (1 << PI_SHIFT), 0);
 }
 
 /*
@@ -109,7 +165,7 @@ static bool align_next(struct axis *a)
     default:
         take_resistance(a);
         s->i_q15 = less_q15(a->tuning.field.i_align_q15);
-        a->loop.i_d_ref_q15 = s->i_q15;
+        current_loop_ask_d(&a->loop, s->i_q15);
         return true;
     }
 }
@@ -120,7 +176,7 @@ bool sensorless_align(struct axis *a)
     const int32_t i_q15 = a->tuning.field.i_align_q15;
     const int32_t now_q15 = s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15;
     hold_voltage(a, now_q15);
-    a->loop.i_d_ref_q15 = now_q15; /* regulated by nobody: what the phases should carry */
+    current_loop_ask_d(&a->loop, now_q15); /* regulated by nobody: what the phases should carry */
     s->ms++;
     const uint32_t takes_ms = (uint32_t)a->tuning.field.align_ms >> (s->step == ALIGN_NEARER ? 1 : 0);
     return s->ms >= takes_ms && align_next(a);
@@ -174,10 +230,10 @@ static void follow_rest(struct axis *a)
 
 static void observer_takes_over(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
     current_loop_follow_rotor(c);
-    c->pll.speed_q32 -= a->sensorless.grows_q32 / a->tuning.loops_per_slow;
+    current_loop_correct(c, 0u, -(a->sensorless.grows_q32 / a->tuning.loops_per_slow));
     current_loop_adopt(c, a->fabric, &a->tuning);
     rotor_take_speed(a);
     const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
@@ -194,8 +250,7 @@ static void set_field_current(struct axis *a)
     const int32_t limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.field.i_q15);
     const int32_t most = slew_of(a);
     s->i_q15 = slew(s->i_q15, limit_q15, most);
-    a->loop.i_d_ref_q15 = slew(a->loop.i_d_ref_q15, s->i_q15, most);
-    a->loop.i_q_ref_q15 = slew(a->loop.i_q_ref_q15, 0, most);
+    current_loop_ask(&a->loop, slew(a->loop.i_d_ref_q15, s->i_q15, most), slew(a->loop.i_q_ref_q15, 0, most));
 }
 
 /*
@@ -222,8 +277,8 @@ static void turn_field(struct axis *a, int32_t slope_q16)
 {
     const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, field_ramp_q16(a)));
     const int32_t speed_q32 = (int32_t)(((int64_t)rpm_q16 * a->tuning.field.speed_per_rpm_q12) >> 12);
-    a->loop.field_speed_q32 = speed_q32 - yield_q32(a);
-    a->loop.pll.speed_q32 = speed_q32;
+    current_loop_field_speed(&a->loop, speed_q32 - yield_q32(a));
+    current_loop_run(&a->loop, speed_q32);
 }
 
 bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
@@ -257,7 +312,7 @@ bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
  */
 static void field_takes_over(struct axis *a)
 {
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     const int32_t i_q_q15 = c->i_q_ref_q15;
     const int32_t i_d_q15 = circle_rest_q15(i_q_q15, a->tuning.field.i_q15);
     a->sensorless.i_q15 = a->tuning.field.i_q15;
@@ -280,7 +335,7 @@ static void follow_ramp(struct axis *a)
 }
 
 /* The EMF fades: a wrong resistance shows in the flux before the margin is gone. */
-static bool observer_is_weak(const struct observer *o)
+static bool observer_is_weak(const volatile struct observer *o)
 {
     return o->margin_q8 < WEAK_MARGIN || (o->margin_q8 < DOUBT_MARGIN && q15_abs(o->rho_q15) > DOUBT_RHO_Q15);
 }
@@ -288,14 +343,14 @@ static bool observer_is_weak(const struct observer *o)
 void sensorless_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
-    struct current_loop *const c = &a->loop;
+    volatile struct current_loop *const c = &a->loop;
     if (!rotor_is_known(a)) {
         return;
     }
     if (s->extra_q15 != 0) {
         s->extra_q15 = slew(s->extra_q15, 0, slew_of(a));
         const int32_t room_q15 = circle_rest_q15(c->i_q_ref_q15, a->tuning.i_max_q15);
-        c->i_d_ref_q15 = q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15);
+        current_loop_ask_d(c, q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15));
     }
     follow_ramp(a);
     if (injection_leads(a)) {
