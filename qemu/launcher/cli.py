@@ -101,7 +101,7 @@ def _parser():
         if name == "console":
             command.add_argument("--console", default=os.environ.get("CONSOLE") or "",
                                  help="where a program has the console: pty, or tcp:PORT (default: $CONSOLE or this terminal)")
-        if name in ("console", "debug"):
+        if name in ("scope", "console", "debug"):
             command.add_argument("--modbus", default=os.environ.get("MODBUS") or "",
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name in ("run", "console", "debug"):
@@ -255,7 +255,7 @@ def _scope(options):
     from .simulate import DEFAULT_MOTOR
 
     far = Board(options.port) if options.port else Twin(_only(options.motor or DEFAULT_MOTOR), options.seed, options.build,
-                                                        options.qemu, options.out, **_plant(options))
+                                                        options.qemu, options.out, options.modbus, **_plant(options))
     return serve(far, options.at, not options.no_browser)
 
 

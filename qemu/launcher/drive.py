@@ -26,7 +26,7 @@ AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a s
 # current is the EMF by a 256th and a 64th of the bus (docs/sensorless.md)
 OBSERVER_POLES, OBSERVER_PART, HIDDEN_BUS = (0.3, 1.5), 5, 1 / 256 + 1 / 64
 OBSERVER_LEADS = 4.5  # the margin from which it does (OBSERVER_LEADS_Q8)
-HALL_MEAN_S = 0.02  # over which a speed by Hall switches is averaged at most: MEAN_CLOCKS of firmware/control/hall_speed.c
+HALL_MEAN_S = 0.02  # over which a speed by Hall switches is averaged at most: MEAN_CLOCKS of firmware/control/hall.c
 FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 LEFT_TAUS = 30      # the same by what a soft coupling leaves: half of that, damped by 1, leaves 0.5 % of a step

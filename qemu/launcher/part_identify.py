@@ -57,7 +57,7 @@ TURNED_RATIO = 1.9
 # and what a rotor hides that rated current turns too quickly: in LATE_S by this share of the fastest speed of identify
 OF_INTERVAL = ", of its interval"
 LATE_S, LATE_SHARE, SPEED_SHARE = 5e-3, 0.3, 0.25
-SWINGS_HZ = 30.0  # three times its speed loop (firmware/commission/identify_tune.c)
+SWINGS_HZ = 30.0  # three times its speed loop (firmware/commission/identify_numbers.c)
 RAMP_SHARE, RAMP_S = 0.2, 5.0  # of the rated current for a reluctant machine's ramps, and their patience
 # an interval is one of 95 %, and a run has 25 of them: three may miss by less than a half, within three standard deviations
 INTERVALS_MOST, MISSES_MOST = 1.5, 3

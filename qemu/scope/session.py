@@ -28,9 +28,10 @@ LOOK_S = 0.1       # how often the line is looked at
 SILENCE_S = 5.0    # a page that has not said "here" for so long is gone
 STOP_S = 6.0       # from quick stop to off
 EVERY_MS = 1
-MOVES = ("on", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "csv", "cst", "learn", "sweep")
+MOVES = ("on", "take", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "csv", "cst", "learn", "sweep")
 CHANGES = ("set", "load", "defaults")  # and `identify use`
 MEANT_FOR_HERE = ("stream",)
+HERE = "the console"
 
 
 class Session:
@@ -131,14 +132,24 @@ class Session:
         if word == "set":
             self._limit.see(name)
         async with self._limit.around(word):
-            answer = await self.drive.ask(line)
-        self.started = self.started or word in MOVES
+            asked = self.drive.ask(line)
+            answer = await (self._begun(asked) if word in MOVES else asked)
         self._answer(page, line, answer)
         if line.startswith("scope signals ") and answer == ["ok"]:
             self.chosen = await self.drive.chosen()
             self._tell({"kind": "chosen", "chosen": self.chosen})
         elif (word in CHANGES or line == "identify use") and not " ".join(answer).startswith("error"):
             await self._tell_parameters()
+
+    async def _begun(self, asked):
+        """The answer. What is begun here is stopped when nobody is here any more; another line's is not."""
+        try:
+            answer = await asked
+        except DriveError:
+            self.started = True  # it may have heard
+            raise
+        self.started = self.started or (answer is not None and not " ".join(answer).startswith("error"))
+        return answer
 
     async def _tell_parameters(self):
         self.signals = await self.drive.signals()  # their ranges are parameters
@@ -167,8 +178,7 @@ class Session:
         if not isinstance(rpm, int) or abs(rpm) > 100000:
             self._answer(page, "jog", ["error: a speed is a whole number of rpm"])
             return
-        self.started = True
-        if (answer := await self._jog.hold(rpm)) is not None:
+        if (answer := await self._begun(self._jog.hold(rpm))) is not None:
             self._answer(page, f"speed {rpm}", answer)
 
     async def _brake(self, page):
@@ -261,16 +271,21 @@ class Session:
         if not self.pages:
             await self._stop()
 
+    async def _is_taken(self, axis):
+        """Whether another line has taken it over since."""
+        return texts.fields(await self.drive.ask(f"{axis}status")).get("commanded by", HERE) not in (HERE, "nobody")
+
     async def _stop(self):
         """A controlled stop, if the motor was started from a page: quick stop, and off when it takes too long or cannot be."""
         if not self.started:
             return
         self.started = False
         try:
-            for axis in self._axes:
+            axes = [axis for axis in self._axes if not await self._is_taken(axis)]
+            for axis in axes:
                 await self.drive.ask(f"{axis}quickstop")
             end = time.monotonic() + STOP_S
-            for axis in self._axes:
+            for axis in axes:
                 while time.monotonic() < end:
                     lines = await self.drive.ask(f"{axis}status")
                     if not re.search(r"operation enabled|quick stop", lines[0]):

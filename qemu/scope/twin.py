@@ -34,15 +34,15 @@ class Twin:
     name = "twin"
     disturbances = DISTURBANCES
 
-    def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, **plant):
-        self._arguments = (motor, seed, build, qemu, out_dir, plant)
+    def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, modbus="", **plant):
+        self._arguments = (motor, seed, build, qemu, out_dir, modbus, plant)
         self.title, self._ticks, self._worked_s, self._held = "", [], 0.0, False
 
     async def open(self):
-        motor, seed, build, qemu, out_dir, plant = self._arguments
+        motor, seed, build, qemu, out_dir, modbus, plant = self._arguments
         drive, line, environment, progress, self._pipe_path = prepared(
             motor, seed, build, qemu, None, plant, console="stdio,id=console,mux=off,signal=off", live=True,
-            out_dir=out_dir)
+            out_dir=out_dir, modbus=modbus)
         self.title = f"{drive.motor.name} on {drive.inverter.name}, in QEMU"
         self.lines = list(preamble(drive))
         self._log = progress.parent / "qemu.log"

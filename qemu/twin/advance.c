@@ -85,6 +85,9 @@ static double locate_event(struct step *st, double dt_s)
     double t0 = 0, f0 = st->margin_start_a + past_a, t1 = dt_s, f1 = st->margin_a + past_a;
     for (int n = 0; n < 60 && fabs(f1) > past_a * 0.99; n++) {
         double t = t0 + (t1 - t0) * f0 / (f0 - f1);
+        if (!(t < 2 * dt_s)) { /* it has hardly begun, and hardly passed: where it would be surely past is anywhere */
+            break;
+        }
         try_length(st, t);
         double f = st->margin_a + past_a;
         if (fabs(f) < past_a * 0.99) {

@@ -229,6 +229,8 @@ static void go_on(const struct cycles_op *op)
         }
     } else if (done) {
         settle(op);
+    } else if (may_come_late(op)) { /* behind a reset: what the core had fetched ahead is gone */
+        spend_exactly(cycles_fetch_restart(op->address, op->size, total.high));
     }
     begin(op);
 }

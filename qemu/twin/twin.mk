@@ -48,4 +48,4 @@ $(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 
 -include $(wildcard $(BUILD)/qemu/twin/*.d)
 
-include tests/twin/plant.mk tests/timing/timing.mk
+-include tests/twin/plant.mk tests/timing/timing.mk

@@ -2,7 +2,7 @@
 """A drive by the words of CiA 402, which Modbus and CAN share (docs/modbus.md): modbus.py and can.py carry them."""
 import time
 
-from .drive import LOOK_S, OPERATES, REACTS, STOPS, Drive, Fault, Status
+from .drive import ANSWER_S, LOOK_S, OPERATES, REACTS, STOPS, Drive, Fault, Status
 from .errors import Error, Refused
 from .registers import Registers
 from .texts import Parameter
@@ -14,8 +14,8 @@ PP, PV, TQ, HM, CSP, CSV, CST = 1, 3, 4, 6, 8, 9, 10
 SERVO_DRIVE, SEVERAL = 0x00020192, 0xFFFF0192  # object 0x1000; of a CAN node with two axes
 CYCLIC = {"csp": (CSP, "target_position"), "csv": (CSV, "target_velocity"), "cst": (CST, "target_torque")}
 METHODS = {"index": 34, "block": -1}
+LINES, COMMANDED = {1: "the console", 2: "Modbus", 3: "CAN"}, 100  # object `owner`; the refusal of another's command
 SAVE = int.from_bytes(b"save", "little")
-ANSWER_S = 5.0  # for the answer to a word
 # (mask, value) of the status word -> state
 STATES = {(0x4F, 0x40): "switch on disabled", (0x6F, 0x21): "ready to switch on", (0x6F, 0x23): "switched on",
           (0x6F, 0x27): OPERATES, (0x6F, 0x07): STOPS, (0x4F, 0x0F): REACTS, (0x4F, 0x08): "fault"}
@@ -53,6 +53,9 @@ class BusDrive(Drive):
     def _feed(self):
         self._read("status_word")
 
+    def _up_s(self):
+        return self._read("uptime")
+
     # ---- objects ----
 
     def _read(self, name):
@@ -71,7 +74,12 @@ class BusDrive(Drive):
         most = least + (1 << entry.bits) - 1
         if int(value) != value or not least <= value <= most:
             raise Refused(f"{name} is a whole number, {least}...{most}, not {value}")
-        self._line.write(entry, int(value))
+        try:
+            self._line.write(entry, int(value))
+        except Refused:
+            if self._read("refusal") == COMMANDED:  # by whom
+                self._see_refusal()
+            raise
 
     # ---- what drive.py asks for ----
 
@@ -84,7 +92,8 @@ class BusDrive(Drive):
         time.sleep(LOOK_S)
         if self._read("status_word") & REFUSED:
             number, value = self._read("refusal"), self._read("refusal_value")
-            raise Refused(self._registers.refusals.get(number, f"refusal {number}").replace("@", str(value)))
+            text = self._registers.refusals.get(number, f"refusal {number}")
+            raise Refused(text.replace("@", str(value)).replace("&", LINES.get(value, "another line")))
 
     def _word(self, *words):
         for word in words:
@@ -100,6 +109,14 @@ class BusDrive(Drive):
                 self._see_refusal()
                 self.wait(lambda wanted=state: self.state() == wanted, f"it is not {state}", ANSWER_S)
         self._word(ENABLE)
+
+    _line_name = property(lambda self: self._line.owner)
+
+    def _commander(self):
+        return self._read("owner") or None
+
+    def _take(self):
+        self._write("owner", self._line.owner)
 
     def _off(self):
         self._word(0)

@@ -11,13 +11,12 @@ import serial
 from . import texts
 from .answers import Answers
 from .capture import Capture
-from .drive import OPERATES, PATIENCE_S, Drive, Fault, Status
+from .drive import ANSWER_S, OFF, OPERATES, PATIENCE_S, Drive, Fault, Status
 from .errors import Error, Refused, Silent
 from .frames import Splitter
 
 BAUD = 115200
-ANSWER_S = 20.0  # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow simulation takes longer
-ARRIVED = re.compile(r"done: (?:axis (\d): )?(?:in position|homed)")
+DONE = re.compile(r"done: (?:axis (\d): )?(?:in position|homed|identify|learning|sweep)(?:;.*)?")
 FEW = 4          # parameters that are sooner asked for by name: all of them take half a second
 QUIET_S = 0.3    # without text: nothing of an earlier answer is still to come
 PIECE_S = 0.02
@@ -30,10 +29,12 @@ class ConsoleDrive(Drive):
         try:
             self._port = serial.serial_for_url(place, BAUD, timeout=PIECE_S, exclusive=True)
         except (serial.SerialException, ValueError, OSError) as error:
-            raise Silent(f"{place} cannot be opened: {error}") from error
+            taken = "exclusively" in str(error)  # pyserial's words where another program has locked it
+            raise Silent(f"{place} is in use by another program" if taken else f"{place} cannot be opened: {error}") from error
+        self._place = place
         self._answers, self._splitter, self._lost = Answers(), Splitter(), False
         self._console, self._number, self._prefix = self, 1, ""
-        self._there = set()  # axes that have arrived
+        self._there = set()  # axes whose last command is done
         self._one_at_a_time = threading.RLock()  # the watch speaks, too
         self.said = []  # lines that came unasked, the oldest first
         try:
@@ -105,9 +106,15 @@ class ConsoleDrive(Drive):
             if self._hear():
                 text_s = time.monotonic()
             if time.monotonic() > end_s:
-                raise Silent("the drive does not answer: is the line connected, is its console at 115200 baud?")
+                raise Silent(self._why_silent())
         self._answers.give_up()
         self._lost = False
+
+    def _why_silent(self):
+        """QEMU takes one program at a time at its port, and lets the next one wait."""
+        if self._place.startswith("socket:"):
+            return f"{self._place} is there and says nothing: another program is at it, or the drive has stopped"
+        return "the drive does not answer: is the line connected, is its console at 115200 baud?"
 
     def _send(self, data):
         try:
@@ -124,7 +131,7 @@ class ConsoleDrive(Drive):
         for piece in self._splitter.take(data):
             for line in self._answers.take(piece) if isinstance(piece, bytes) else ():
                 self.said.append(line)
-                if found := ARRIVED.fullmatch(line):
+                if found := DONE.fullmatch(line):
                     self._there.add(int(found[1] or 1))
         return bool(data)
 
@@ -147,6 +154,48 @@ class ConsoleDrive(Drive):
         if not there and state != OPERATES and not self.fault():
             raise Error(f"it has ended in another state: {state}")
         return there
+
+    def _up_s(self):
+        return texts.number(self._fields().get("up", ""), "s")
+
+    _line_name = "the console"
+
+    def _commander(self):
+        who = self._fields().get("commanded by", "nobody")
+        return None if who == "nobody" else who
+
+    # ---- what takes its time ----
+
+    def _carried_out(self, word, told, patience_s, over=None):
+        """Returns when the drive says that it is done; what ends otherwise, by a fault or another's word, is an exception."""
+        with self._begins():
+            self._command(word)
+        self.wait(lambda: self._is_done(over), told, patience_s)
+
+    def _is_done(self, over):
+        state = self.state()  # a line that says so comes no later than this answer
+        if self._number not in self._there and over is not None and state == over and not self.fault():
+            self.state()
+            if self._number not in self._there:
+                raise Error("it was ended before it was done")
+        return self._number in self._there
+
+    def identify(self, patience_s=1200.0):
+        """Measures the motor, off at its end; {quantity: what was found, its interval and unit, or why there is none}. `ask`
+        "identify use" makes parameters of it."""
+        self._carried_out("identify", "identify is not done", patience_s, OFF)
+        self._started = False
+        return texts.fields(self.ask("identify show"))
+
+    def learn(self, what, patience_s=600.0):
+        """`cogging`, in operation, or `hall`, off before and after: what `status` and the parameters then have."""
+        self._carried_out(f"learn {what}", "it has not been learned", patience_s, OFF)
+
+    def sweep(self, loop, ampere, patience_s=600.0):
+        """The frequency response of a loop, d, q or speed, in operation: the lines of `sweep read`."""
+        self._take_scope()
+        self._carried_out(f"sweep {loop} {ampere}", "the sweep is not done", patience_s, OFF)
+        return self.ask("sweep read")
 
     def _fields(self):
         found = texts.fields(self.ask("status"))

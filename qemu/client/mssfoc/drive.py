@@ -15,8 +15,10 @@ from .watch import NAME as TIMEOUT
 from .watch import Watch, ending_by_signal
 
 PATIENCE_S = 60.0  # for a start, which aligns the rotor, and for a move
+ANSWER_S = 20.0    # the longest, a whole capture, takes 3 s at 115200 baud; a slow simulation takes longer
 LOOK_S = 0.05      # between two looks at the state
 ATTEMPTS = 3       # to switch off on a line that is disturbed
+OFF = "switch on disabled"
 OPERATES, STOPS, REACTS = "operation enabled", "quick stop active", "fault reaction active"
 BRAKING = (OPERATES, STOPS, REACTS)
 AXES = (1, 2)
@@ -40,8 +42,8 @@ class Fault:
 
 
 class Drive:
-    """A context manager: at its end, that by SIGTERM or SIGHUP included, the drive is stopped, if it was started from here, and
-    the line closed. The drive itself stops when it hears nothing more (watch.py).
+    """A context manager: at its end, that by SIGTERM or SIGHUP included, the drive is stopped, if it was started from here and
+    no other line has taken it over, and the line closed. The drive itself stops when it hears nothing more (watch.py).
 
     Of a drive with two axes it is the first; `axis(2)` is the other. They share the line, which ends with the first.
     """
@@ -61,7 +63,7 @@ class Drive:
         return self
 
     def __exit__(self, kind, *_):
-        started = [one for one in (self, self._second) if one and one._started]
+        started = [one for one in (self, self._second) if one and one._started and not one._is_taken()]
         with contextlib.ExitStack() as last_is_first:
             last_is_first.callback(self._signals.__exit__, None, None, None)
             last_is_first.callback(self.close)
@@ -70,6 +72,17 @@ class Drive:
             for one in started[:-1]:  # it does not turn on until the other is at rest
                 with contextlib.suppress(Error):
                     one._brake()
+
+    def _is_taken(self):
+        """Whether another line has taken it over since."""
+        with contextlib.suppress(Error):
+            return self._commander() not in (None, self._line_name)
+        return False
+
+    _line_name = "nobody"
+
+    def _commander(self):
+        """Who commands, None if nobody does or the drive does not tell."""
 
     def _end(self, kind):
         with contextlib.suppress(Error) if kind else contextlib.nullcontext():  # what ended the block says more
@@ -93,9 +106,19 @@ class Drive:
         if self.state() == OPERATES:
             raise Refused("the drive is on already")
         self._watch.lend(self)  # `load` and `defaults` have taken it away
-        self._started = True
-        self._command("on")
+        with self._begins():
+            self._command("on")
         self.wait(lambda: self.state() == OPERATES, "operation is not enabled", patience_s)
+
+    @contextlib.contextmanager
+    def _begins(self):
+        """What is begun here ends with the block, unless it was refused: then what goes on is another's."""
+        before, self._started = self._started, True
+        try:
+            yield
+        except Refused:
+            self._started = before
+            raise
 
     def stop(self, patience_s=PATIENCE_S):
         """Brakes to rest, then off, from whatever state; a stop that a fault began goes on. Whatever happens, off is sent."""
@@ -125,19 +148,28 @@ class Drive:
         self._command("clear")
 
     def wait(self, condition, told, patience_s=PATIENCE_S, faults=True):
-        """Until the condition holds. Raises Faulted when a fault comes first, and Error with what is `told` when time is up."""
-        end_s = time.monotonic() + patience_s
+        """Until the condition holds. Raises Faulted when a fault comes first, and Error with what is `told` when time is up: by
+        the drive's clock, which in QEMU may be slower than this machine's."""
+        clock = _Clock(self._up_s)
         while not condition():
             if faults:
                 self._see_refusal()
                 if fault := self.fault():
                     raise Faulted(fault)
-            if time.monotonic() > end_s:
+            if clock.passed_s() > patience_s:
                 raise Error(f"{told}, after {patience_s:g} s")
             time.sleep(LOOK_S)
 
+    def _up_s(self):
+        """Seconds since the drive's start, None where it does not tell."""
+
     def _see_refusal(self):
         """Raises Refused where a line says only later that a command was refused."""
+
+    def take(self):
+        """Takes over what another line commands: it goes on as it is, and this program commands it and ends it."""
+        self._command("take")
+        self._started = True
 
     # ---- modes ----
 
@@ -236,6 +268,24 @@ class Drive:
         """Keeps parameters and reactions over power-off; while off and at rest."""
         with self._watch.own(self):
             self._save()
+
+
+class _Clock:
+    """Time that has passed, by the drive's clock where it has one; asked once a second."""
+
+    def __init__(self, up_s):
+        self._up_s, self._from_s, self._looked_s, self._passed_s = up_s, None, time.monotonic(), 0.0
+
+    def passed_s(self):
+        now_s = time.monotonic()
+        if now_s - self._looked_s >= 1.0:
+            up_s = self._up_s()
+            if up_s is None or self._from_s is None or up_s < self._from_s:  # it has none, or has begun anew
+                self._passed_s += now_s - self._looked_s
+            else:
+                self._passed_s += up_s - self._from_s
+            self._from_s, self._looked_s = up_s, now_s
+        return self._passed_s if self._passed_s else now_s - self._looked_s
 
 
 def check(value, parameter):

@@ -3,10 +3,10 @@
 import copy
 import threading
 
+from .drive import ANSWER_S
 from .errors import Refused, Silent
 
-ANSWER_S, ATTEMPTS = 1.0, 3
-STORED_S = 10.0  # `save` is answered when it is done
+FRAME_S, ATTEMPTS = 1.0, 3
 # what the drive's exceptions mean (docs/modbus.md)
 MEANS = {"IllegalRequestError": "unknown or read-only, a value out of range, or parameters that do not fit together",
          "SlaveReportedException": "not in this state; parameters change only while the drive is off"}
@@ -15,6 +15,8 @@ PARITIES = {"N": 2, "O": 1, "E": 1}  # -> stop bits
 
 
 class ModbusLine:
+    owner = 2  # its number in object `owner`
+
     def __init__(self, place, address=1, baud=19200, parity="E"):
         import minimalmodbus
         import serial
@@ -22,7 +24,7 @@ class ModbusLine:
         if parity not in PARITIES:
             raise Refused(f"parity is one of {', '.join(PARITIES)}, not {parity}")
         try:
-            port = serial.serial_for_url(place, baud, parity=parity, stopbits=PARITIES[parity], timeout=ANSWER_S)
+            port = serial.serial_for_url(place, baud, parity=parity, stopbits=PARITIES[parity], timeout=FRAME_S)
         except (serial.SerialException, ValueError, OSError) as error:
             raise Silent(f"{place} cannot be opened: {error}") from error
         self._errors, self._one_at_a_time = minimalmodbus, threading.RLock()
@@ -49,9 +51,9 @@ class ModbusLine:
     def write(self, entry, value):
         words = [value & 0xFFFF] if _words(entry) == 1 else [value >> 16 & 0xFFFF, value & 0xFFFF]
         with self._one_at_a_time:
-            self._slave.serial.timeout = STORED_S if entry.name == "store" else ANSWER_S
+            self._slave.serial.timeout = ANSWER_S if entry.name == "store" else FRAME_S
             self._answered(entry, self._slave.write_registers, entry.register, words)
-            self._slave.serial.timeout = ANSWER_S
+            self._slave.serial.timeout = FRAME_S
 
     def _answered(self, entry, ask, *arguments):
         """Asks again where a frame was disturbed: the same word twice is no new edge, the same value no new one."""

@@ -39,6 +39,9 @@ const takes = {
     state = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
     $("state").textContent = state;
     $("status").textContent = message.lines.join("\n");
+    const owner = message.lines.find((line) => line.startsWith("commanded by: "))?.slice(14) ?? "nobody";
+    $("take").hidden = ["nobody", "the console"].includes(owner);
+    $("take").textContent = `take over from ${owner}`;
     $("capture").textContent = `Now: ${message.capture}`;
     $("damaged").textContent = message.damaged ? `${message.damaged} frames damaged` : "";
     setupStatus(message);
