@@ -7,6 +7,7 @@
 
 #include "firmware/drive/start_parts.h"
 #include "firmware/drive/states.h"
+#include "judge.h"
 #include "world.h"
 
 extern uint32_t host_primask, host_basepri;
@@ -81,6 +82,13 @@ static void forget_measuring(void)
     world.wish = world.wish == WISH_MEASURING && ended ? WISH_NONE : world.wish;
 }
 
+/* As canopen_nmt.c tells it: a loss only to whom this bus commands. */
+static void tell_loss(void)
+{
+    world.gone = world.gone && a->owner.who == OWNER_CAN;
+    a->master_lost = world.gone ? 1u : 0u;
+}
+
 void world_step(void)
 {
     steps = true;
@@ -102,6 +110,9 @@ void world_step(void)
 void world_round(void)
 {
     cia402_poll(&world.bus, a);
+    tell_loss();
+    /* who is lost, and nothing turns that he would have to stop, has no wish any more */
+    world.wish = owner_is_lost(a) && !drive_is_on(a) && a->request == AXIS_REQUEST_NONE ? WISH_NONE : world.wish;
     drive_retry(a);
     drive_learn(a);
     drive_restore_cogging(a);
@@ -124,20 +135,21 @@ static const struct {
 } ways[] = {
     {BY_ENCODER, false, 1, 0}, {BY_ENCODER, true, 1, 0},  {SENSORLESS, true, 1, 0},  {SENSORLESS, true, 1, 2000},
     {HALL, true, 1, 0},        {BY_ENCODER, false, 1, 0}, {BY_ENCODER, false, 1, 0}, {BY_ENCODER, true, 0, 0},
-    {BY_ENCODER, false, 1, 0}, {HALL, true, 0, 0},
+    {BY_ENCODER, false, 1, 0}, {HALL, true, 0, 0},        {BY_ENCODER, false, 1, 0},
 };
 
 const struct explore_setup explore_setups[] = {
-    {"encoder", BASE | FAULTS | SUPPLY | GATE | REPORTS | STARTS | RETRIES, true},
+    {"encoder", BASE | FAULTS | SUPPLY | GATE | REPORTS | STARTS | RETRIES | OWNERS_CHANGE, true},
     {"encoder-kind", BASE | FAULTS | SUPPLY | REPORTS | TURNS, false},
     {"sensorless", BASE | FAULTS | SUPPLY | GATE | REPORTS | TURNS | STARTS | PARAMS, false},
     {"injection", BASE | FAULTS | SUPPLY | REPORTS | TURNS | STARTS, false},
     {"Hall", BASE | FAULTS | REPORTS | TURNS | STARTS | SOURCES, false},
     {"bus", BASE | FAULTS | SUPPLY | BUS, false},
-    {"bus-set-points", BASE | BUS | BUS_MODES | REPORTS | PARAMS, false},
+    {"bus-set-points", BASE | BUS | BUS_MODES | REPORTS, false},
     {"set-points", BASE | REPORTS | MODES | PARAMS | TURNS | STARTS, false},
     {"measuring", BASE | FAULTS | STARTS | MEASURE, true},
     {"learn-hall", BASE | FAULTS | STARTS | MEASURE, true},
+    {"bus-owners", BASE | BUS | BUS_OWNERS, false},
 };
 const int explore_setup_count = sizeof explore_setups / sizeof explore_setups[0];
 
@@ -155,7 +167,7 @@ void explore_begin(int setup)
 {
     memset(&world, 0, sizeof world);
     drive_init(a, &world.fabric);
-    cia402_init(&world.bus);
+    cia402_init(&world.bus, OWNER_CAN);
     SET(world.fabric.gate.ID, GATE_ID);
     SET(world.fabric.encoder.HALL, 1);
     world.fabric.adc.OFFSET_A = world.fabric.adc.OFFSET_B = world.fabric.adc.OFFSET_C = 32768;
@@ -184,13 +196,6 @@ static uint32_t class_of_cause(uint32_t cause)
     const bool spoils = cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
                         cause == FAULT_ENCODER_COUNTS;
     return cause == FAULT_NONE ? 0u : 1u + (spoils ? 1u : 0u) + (fault_class((enum fault)cause)->retry ? 2u : 0u);
-}
-
-static uint32_t shown(void)
-{
-    struct drive_status now = drive_status(a);
-    const uint32_t word = cia402_status_word(&world.bus, a, &now);
-    return (word & 0x40u) != 0u && (word & 0x20u) == 0u ? word & 0x4Fu : word & 0x6Fu;
 }
 
 static uint32_t timer(bool runs, bool due)
@@ -245,8 +250,9 @@ size_t explore_key(uint8_t *key)
 {
     const struct cia402 *const c = &world.bus;
     size_t n = key_of_drive(key);
-    PUT(c->stage | c->word_due << 2 | c->target_due << 3 | c->operates << 4 | c->source_due << 5 |
-        (c->faults != a->faults.count) << 6);
+    PUT(c->stage | c->word_due << 2 | c->target_due << 3 | c->course << 4 | c->source_due << 6 |
+        (c->faults != a->faults.count) << 7);
+    PUT(a->owner.who | world.gone << 2 | (a->owner.who != OWNER_NONE && supervision_is_silent(a)) << 3);
     PUT(c->word_before);
     PUT(c->word_before >> 8);
     PUT(c->setpoints.mode);
@@ -310,84 +316,30 @@ const char *explore_show(void)
 {
     static char text[80];
     snprintf(text, sizeof text, "cause %u, gates %u, wish %u, request %u, shown 0x%02X ", (unsigned)a->faults.cause,
-             (unsigned)world.fabric.gate.CONTROL, (unsigned)world.wish, (unsigned)a->request, (unsigned)shown());
+             (unsigned)world.fabric.gate.CONTROL, (unsigned)world.wish, (unsigned)a->request,
+             (unsigned)judge_state_shown(&world.bus, a));
     return text;
 }
 
 /* ---- what must hold ---- */
 
-/*
- * The transitions of CiA 402 (IEC 61800-7-201), by what the status word shows: 0x00 not ready, 0x40 switch on disabled,
- * 0x21 ready to switch on, 0x23 switched on, 0x27 operation enabled, 0x07 quick stop active, 0x0F fault reaction active,
- * 0x08 fault.
- */
-static const uint8_t legal[][2] = {
-    {0x00, 0x40}, {0x40, 0x21}, {0x21, 0x23}, {0x23, 0x27}, {0x27, 0x23}, {0x23, 0x21}, {0x21, 0x40}, /* 1 to 7 */
-    {0x27, 0x21}, {0x27, 0x40}, {0x23, 0x40}, {0x27, 0x07}, {0x07, 0x40},                             /* 8 to 12 */
-    {0x0F, 0x08}, {0x08, 0x40}, {0x07, 0x27},                                                         /* 14 to 16 */
-    {0x40, 0x23}, /* 2 and 3 at once: whom the console switches on has no master to wait for */
-};
-#define LEGAL (sizeof legal / sizeof legal[0])
-static uint32_t legal_seen[LEGAL];
-
-static const char *illegal(uint32_t from, uint32_t to)
+void explore_judge_shown(void)
 {
-    static char what[64];
-    if (from == to || to == 0x0Fu) { /* 13: from any state */
-        return NULL;
+    judges = true;
+    const char *const jump = judge_shown(&world.shown_before, &world.bus, a);
+    if (jump != NULL) {
+        world_wrong(jump);
     }
-    for (size_t n = 0; n < LEGAL; n++) {
-        if (legal[n][0] == from && legal[n][1] == to) {
-            legal_seen[n]++;
-            return NULL;
-        }
-    }
-    memcpy(what, "status word: from 0x.. to 0x..", 31);
-    what[20] = "0123456789ABCDEF"[from >> 4];
-    what[21] = "0123456789ABCDEF"[from & 15u];
-    what[28] = "0123456789ABCDEF"[to >> 4];
-    what[29] = "0123456789ABCDEF"[to & 15u];
-    return what;
-}
-
-void explore_print_transitions(void)
-{
-    for (size_t n = 0; n < LEGAL; n++) {
-        printf("  status word 0x%02X to 0x%02X %llu times\n", legal[n][0], legal[n][1],
-               (unsigned long long)legal_seen[n]);
-    }
-}
-
-static bool beyond(int64_t x, int64_t limit)
-{
-    return x > limit || x < -limit;
-}
-
-static void judge_set_points(void)
-{
-    if (a->state != AXIS_OPERATION_ENABLED) {
-        return;
-    }
-    const int64_t most = (int64_t)a->params.speed_max_rpm * 65536;
-    const bool cyclic = a->mode == AXIS_MODE_CYCLIC_SPEED && beyond(a->motion.cyclic.target, most);
-    if ((a->mode == AXIS_MODE_SPEED && beyond(a->speed.target_rpm_q16, most)) || cyclic) {
-        world_wrong("a speed beyond speed_max is in effect");
-    }
-    const int32_t torque_most_q15 = a->torque.map.torque_max_q15;
-    const bool pushes = a->mode == AXIS_MODE_CYCLIC_TORQUE && beyond(a->motion.cyclic.target >> 16, torque_most_q15);
-    if (beyond(a->torque_command_q15, torque_most_q15) || pushes) {
-        world_wrong("a torque beyond i_max is in effect");
-    }
+    judges = false;
 }
 
 void explore_judge(void)
 {
     judges = true;
-    const bool stops = a->reactions.stopping && (a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP);
-    const bool live = world.fabric.gate.CONTROL != 0u;
-    const uint32_t cause = a->faults.cause, now = shown();
-    if (cause != FAULT_NONE && live && !stops) {
-        world_wrong("a latched fault and open gates");
+    const char *const wrong = judge_axis(a, world.fabric.gate.CONTROL != 0u);
+    const uint32_t cause = a->faults.cause;
+    if (wrong != NULL) {
+        world_wrong(wrong);
     }
     if (world.cause_before != FAULT_NONE && cause != world.cause_before && !world.cleared) {
         world_wrong("the first cause did not stay");
@@ -397,13 +349,12 @@ void explore_judge(void)
         world_wrong("it starts without a wish");
         world.wish = WISH_OPERATION; /* once is enough: what follows from it is no other finding */
     }
-    const char *const jump = illegal(world.shown_before, now);
-    if (jump != NULL) {
-        world_wrong(jump);
+    const bool goes_on = drive_is_on(a) && a->state != AXIS_QUICK_STOP && a->request == AXIS_REQUEST_NONE;
+    if (goes_on && a->owner.who == OWNER_NONE && cause == FAULT_NONE) {
+        world_wrong("it is on and nobody commands it");
     }
-    judge_set_points();
+    explore_judge_shown();
     world.cause_before = cause;
-    world.shown_before = now;
     world.cleared = false;
     judges = false;
 }
@@ -435,8 +386,9 @@ static bool rests(void)
 }
 
 /* At once, and it stays so, whatever timers were running. */
-void explore_judge_off(void)
+void explore_judge_off(int unused)
 {
+    (void)unused;
     (void)drive_switch_off(a);
     world.wish = WISH_NONE;
     for (int ms = 0; ms < OFF_WITHIN_MS && !rests(); ms++) {

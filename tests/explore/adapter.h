@@ -44,6 +44,9 @@ size_t explore_key(uint8_t *key);
 
 /* Looks at the state that an event has led to. explore_wrong: NULL, or what must not be. */
 void explore_judge(void);
+
+/* Only what the bus shows: the transition from what it showed before. */
+void explore_judge_shown(void);
 extern const char *explore_wrong;
 
 /* The changes of the status word that were seen, and the rows of the state machine's table. */
@@ -51,7 +54,7 @@ void explore_print_transitions(void);
 void explore_print_rows(void);
 
 /* Whether `off` leads to rest from here, and leaves it there. Changes the state. */
-void explore_judge_off(void);
+void explore_judge_off(int unused);
 
 /* A rough place in the state machine, for what is printed. */
 int explore_place(void);

@@ -168,13 +168,18 @@ static void restore(uint32_t node)
 }
 
 /* The thread may wait for the slow loop to take the request before: then it comes. */
-static void apply(int event)
+static void as_thread(void (*act)(int), int argument)
 {
     if (explore_request_waits()) {
         hook_let_slow_loop_in();
     }
-    explore_events[event].act(explore_events[event].argument);
+    act(argument);
     (void)hook_came();
+}
+
+static void apply(int event)
+{
+    as_thread(explore_events[event].act, explore_events[event].argument);
     explore_judge();
 }
 
@@ -218,7 +223,7 @@ static void expand(uint32_t node, uint32_t groups, struct totals *t)
         (void)add(node, e);
     }
     restore(node);
-    explore_judge_off();
+    as_thread(explore_judge_off, 0);
     if (explore_wrong != NULL) {
         violated(node, -1, t);
     }

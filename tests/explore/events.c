@@ -65,6 +65,14 @@ static void long_time(int32_t unused)
     world_step();
 }
 
+static void heard(int32_t unused)
+{
+    (void)unused;
+    a->time_ms += LONG_MS;
+    owner_hear(a, (enum owner)a->owner.who);
+    world_step();
+}
+
 static void late(int32_t unused)
 {
     (void)unused;
@@ -74,24 +82,32 @@ static void late(int32_t unused)
 
 /* ---- the operator ---- */
 
-static void note(struct outcome outcome, enum wish wish)
+/* As a line of the console does it: what the bus commands is not its own to begin. */
+static void begin(struct outcome (*ask)(struct axis *), enum wish wish)
 {
-    world.wish = outcome.error == ERROR_NONE ? wish : world.wish;
+    const uint32_t before = world.wish;
+    if (owner_allows(a, OWNER_CONSOLE).error != ERROR_NONE) {
+        return;
+    }
+    world.wish = wish;
+    if (ask(a).error == ERROR_NONE) {
+        owner_take(a, OWNER_CONSOLE);
+        world.wish = wish; /* a step before the request has been taken for the end of it */
+    } else {
+        world.wish = before;
+    }
 }
 
 static void on(int32_t unused)
 {
-    const uint32_t before = world.wish;
     (void)unused;
-    world.wish = WISH_OPERATION;
-    if (drive_switch_on(a).error != ERROR_NONE) {
-        world.wish = before;
-    }
+    begin(drive_switch_on, WISH_OPERATION);
 }
 
 static void off(int32_t unused)
 {
     (void)unused;
+    owner_stopped(a, OWNER_CONSOLE);
     (void)drive_switch_off(a);
     world.wish = WISH_NONE;
 }
@@ -112,16 +128,47 @@ static void clear(int32_t unused)
     world.wish = faulty || outcome.error == ERROR_NONE ? WISH_NONE : world.wish;
 }
 
+/* What goes on goes on; but a restart is the former owner's wish. */
+static void take_over(int32_t who)
+{
+    const bool waits = a->owner.who != (uint32_t)who && a->faults.cause != FAULT_NONE;
+    if (who == OWNER_CAN) {
+        cia402_take_over(&world.bus, a);
+    } else {
+        owner_take(a, (enum owner)who);
+    }
+    world.wish = waits ? WISH_NONE : world.wish;
+}
+
+static bool has_owner(int32_t who)
+{
+    return a->owner.who != OWNER_NONE && a->owner.who != (uint32_t)who;
+}
+
+static void lose_master(int32_t unused)
+{
+    (void)unused;
+    world.gone = true;
+    a->master_lost = 1u;
+    world_step();
+}
+
+static bool bus_commands(int32_t unused)
+{
+    (void)unused;
+    return a->owner.who == OWNER_CAN;
+}
+
 static void identify(int32_t unused)
 {
     (void)unused;
-    note(drive_identify(a), WISH_MEASURING);
+    begin(drive_identify, WISH_MEASURING);
 }
 
 static void learn_hall(int32_t unused)
 {
     (void)unused;
-    note(drive_learn_hall(a), WISH_MEASURING);
+    begin(drive_learn_hall, WISH_MEASURING);
 }
 
 static void use_identified(int32_t unused)
@@ -213,6 +260,9 @@ static struct outcome zero(struct axis *axis, int32_t unused)
 
 static void command(struct outcome (*give)(struct axis *, int32_t), int32_t value, bool forbidden)
 {
+    if (owner_allows(a, OWNER_CONSOLE).error != ERROR_NONE) {
+        return;
+    }
     const struct aim before = aim_now();
     const uint32_t before_ms = a->time_ms; /* what the slow loop does meanwhile is no matter of this one */
     const struct outcome outcome = give(a, value);
@@ -253,11 +303,12 @@ static void word(int32_t bits)
 {
     struct cia402_setpoints w = world.bus.setpoints;
     const bool all = ((uint32_t)bits & ALL_ENABLE_BITS) == ALL_ENABLE_BITS;
+    const bool ends = !all && (cia402_stops((uint32_t)bits) || a->owner.who == OWNER_CAN);
     w.control_word = (uint32_t)bits;
     cia402_accept(&world.bus, &w, true, false);
     world.wish = all ? WISH_OPERATION : world.wish;
     cia402_poll(&world.bus, a);
-    world.wish = all ? world.wish : WISH_NONE;
+    world.wish = ends ? WISH_NONE : world.wish;
 }
 
 static void bus_mode(int32_t mode)
@@ -320,6 +371,7 @@ const struct explore_event explore_events[] = {
     {"thread", NULL, BASE, round_once, 0, NULL},
     {"thread, many times", NULL, BASE, rounds, 0, NULL},
     {"20 s", NULL, BASE, long_time, 0, NULL},
+    {"20 s, its owner speaks", NULL, OWNERS_CHANGE, heard, 0, NULL},
     {"on", "on", BASE, on, 0, NULL},
     {"off", "off", BASE, off, 0, NULL},
     {"quick stop", "quickstop", BASE, quick_stop, 0, NULL},
@@ -376,6 +428,10 @@ const struct explore_event explore_events[] = {
     {"identify", "identify", MEASURE, identify, 0, NULL},
     {"identify use", "identify use", MEASURE, use_identified, 0, may_set},
     {"learn hall", "learn hall", MEASURE, learn_hall, 0, NULL},
+    {"console takes over", "take", BUS_OWNERS | OWNERS_CHANGE, take_over, OWNER_CONSOLE, has_owner},
+    {"Modbus takes over", NULL, OWNERS_CHANGE, take_over, OWNER_MODBUS, has_owner},
+    {"CAN takes over", NULL, BUS_OWNERS, take_over, OWNER_CAN, has_owner},
+    {"the bus loses its master", NULL, BUS_OWNERS, lose_master, 0, bus_commands},
     {"word 0x00", NULL, BUS, word, 0x00, NULL},
     {"word 0x02 quick stop", NULL, BUS, word, 0x02, NULL},
     {"word 0x06 shutdown", NULL, BUS, word, 0x06, NULL},

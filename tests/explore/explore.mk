@@ -4,7 +4,7 @@
 
 EXPLORE_SRC := $(wildcard tests/explore/*.c)
 # the longest first
-EXPLORE_SETUPS = bus-set-points encoder-kind Hall bus sensorless encoder set-points measuring injection learn-hall
+EXPLORE_SETUPS = bus-set-points bus encoder-kind Hall sensorless encoder set-points measuring injection learn-hall bus-owners
 
 explore-program: $(BUILD)/explore/explore
 .PHONY: explore explore-program
@@ -13,11 +13,11 @@ everything: explore-program
 $(BUILD)/explore/explore: $(EXPLORE_SRC) $(wildcard tests/explore/*.h) $(BUILD)/tests/unit/firmware.so
 	@mkdir -p $(@D)
 	$(call say,HOSTCC)
-	$(Q)$(HOSTCC) -std=gnu11 -O2 -g -Wall -Wextra -Werror -Wno-int-to-pointer-cast -Itests/unit/host -I. $(EXPLORE_SRC) \
+	$(Q)$(HOSTCC) -std=gnu11 -O2 -flto -g -Wall -Wextra -Werror -Wno-int-to-pointer-cast -Itests/unit/host -I. $(EXPLORE_SRC) \
 	    $(BUILD)/tests/unit/firmware.so -ldl -o $@
 
 # two at a time; what each prints comes when all have ended
-explore: LASTS = under 10 minutes: ten ways to set the drive up, each to the last new state; leaves $(BUILD)/explore/
+explore: LASTS = under 10 minutes: eleven ways to set the drive up, each to the last new state; leaves $(BUILD)/explore/
 explore: tools-explore
 	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 explore-program

@@ -78,19 +78,26 @@ void hook_let_slow_loop_in(void)
     hook_arm(slow_loop, 0, THREAD_WAITS_BLOCKS, explore_masks_slow_loop);
 }
 
-void __sanitizer_cov_trace_pc(void)
+static __attribute__((noinline)) void look_closer(uintptr_t place)
 {
     bool (*const taken)(int) = armed.interrupt;
-    hook_blocks++;
-    if (*explore_watched[0] != *explore_watched[1]) {
-        explore_look();
-    }
     if (recorded.most != 0u) {
-        record((uint32_t)((uintptr_t)__builtin_return_address(0) % PLACES));
+        record((uint32_t)(place % PLACES));
     }
     if (taken != 0 && hook_blocks >= armed.at && !armed.masked()) {
         armed.interrupt = 0;
         armed.came = true;
         (void)taken(armed.argument);
+    }
+}
+
+void __sanitizer_cov_trace_pc(void)
+{
+    hook_blocks++;
+    if (*explore_watched[0] != *explore_watched[1]) {
+        explore_look();
+    }
+    if (armed.interrupt != 0 || recorded.most != 0u) {
+        look_closer((uintptr_t)__builtin_return_address(0));
     }
 }

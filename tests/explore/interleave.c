@@ -36,7 +36,11 @@ static void act(const struct case_of *k)
 static bool slow_loop(int unused)
 {
     (void)unused;
-    return explore_slow_loop();
+    const bool came = explore_slow_loop();
+    if (came) {
+        explore_judge_shown(); /* what the thread goes on from: the rest of the event may lead farther */
+    }
+    return came;
 }
 
 static void print(const struct case_of *k, uint64_t at)

@@ -22,6 +22,8 @@ enum group {
     GATE = 2048u,
     BUS_MODES = 4096u,
     RETRIES = 8192u,
+    OWNERS_CHANGE = 16384u,
+    BUS_OWNERS = 32768u,
 };
 
 /* How a phase ends in a step. */
@@ -41,6 +43,7 @@ struct world {
     uint32_t forced; /* enum ending */
     uint32_t report; /* enum fault that a monitor finds in this step */
     bool low, turns, stuck;
+    bool gone; /* the bus has lost its master */
     uint32_t position;
     /* at the last judgement */
     uint32_t cause_before, shown_before, gates_before;
