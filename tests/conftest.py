@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Where everything is: tests run from the repository's root, products are in $BUILD, the launcher is a package in qemu/."""
 import gc
-import itertools
 import os
 import sys
 import time
@@ -11,12 +10,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT, NIGHT = ROOT / "tests/short.txt", ROOT / "tests/night.txt"
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("qemu", "qemu/client", "firmware/tables", "linker/bounds")]
 os.chdir(ROOT)
 os.environ.setdefault("BUILD", "build")
 # What the caller's `make test` was told is not meant for the programs that tests start.
-for told in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "ALL", "UNTIL", "N", "FROM", "FILES", "RUNGS", "JOBS", "PART",
-             "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE"):
+for told in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "ALL", "UNTIL", "N", "FROM", "FILES", "BY", "RUNGS", "JOBS",
+             "BUGS", "PART", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE"):
     os.environ.pop(told, None)
 gc.set_threshold(100_000, 20, 100)  # of thousands of tests, all of which stay, looked through for garbage
 
@@ -88,34 +87,38 @@ def pytest_configure(config):
     config.addinivalue_line("markers", "night: a campaign over motors, angles and seeds; ALL=2 has it, and no promise needs it")
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    from rigs.portions import Portions
+    return Portions(config, log)
+
+
 def pytest_collection_modifyitems(config, items):
     nodes = [item.nodeid for item in items]
-    campaigns, short = set(names(NIGHT, nodes)), tuple(names(SHORT, nodes)) if config.getoption("--short") else ("",)
+    campaigns = set(names(NIGHT, nodes))
+    short, but = chosen(names(SHORT, nodes)) if config.getoption("--short") else (("",), ())
     some = config.getoption("--short") or config.getoption("--first")
     kept, left_out, met = [], [], set()
     for item in items:
         test = item.nodeid.partition("[")[0]
         at_night = some and (test in met or item.get_closest_marker("night"))
         met |= {test} & campaigns
-        (left_out if at_night or not item.nodeid.startswith(short) else kept).append(item)
+        in_short = item.nodeid.startswith(short) and not item.nodeid.startswith(but)
+        (kept if in_short and not at_night else left_out).append(item)
     config.hook.pytest_deselected(items=left_out)
-    items[:] = _mixed(kept)
+    items[:] = sorted(kept, key=lambda item: item.nodeid.startswith("tests/unit/"))  # a worker's last portion is short
 
 
 def names(path, nodes):
     """The lines of a list of tests. Each names one, where all are collected."""
     lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
     for name in lines if len({node.partition("::")[0] for node in nodes}) > 200 else ():
-        if not any(node.startswith(name) for node in nodes):
+        if not any(node.startswith(name.removeprefix("- ")) for node in nodes):
             raise pytest.UsageError(f"{path.name} names {name}, and there is no such test")
     return lines
 
 
-def _mixed(items):
-    """The files with many short tests between the others: xdist's first portions, each of so many neighbours, must not be the
-    longest, or one worker is left with its own when all others have ended."""
-    files = [list(group) for _, group in itertools.groupby(items, key=lambda item: item.nodeid.split("::")[0])]
-    short = [file for file in files if file[0].nodeid.startswith("tests/unit/")]
-    long = [file for file in files if not file[0].nodeid.startswith("tests/unit/")]
-    places = [((n + 0.5) / len(group), file) for group in (short, long) for n, file in enumerate(group)]
-    return [item for _, file in sorted(places, key=lambda place: place[0]) for item in file]
+def chosen(lines):
+    """(what is played, what of it is not) by the lines of short.txt."""
+    return (tuple(line for line in lines if not line.startswith("- ")),
+            tuple(line[2:] for line in lines if line.startswith("- ")))

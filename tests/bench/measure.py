@@ -127,14 +127,14 @@ def with_ends(rows, ends):
     return {name: {**row, **ends.get(name, {})} for name, row in rows.items()}
 
 
-def measure_variants(build=None, seed=1, settings=(), rates_hz=RATES_HZ):
+def measure_variants(build=None, seed=1, settings=()):
     """The rows without wait states, and of the firmware built for these PWM rates."""
     build = build_dir(build)
     out_dir = build / "bench" / f"run{seed}"
     ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
     rows = {f"{name}.zero_wait": row for name, row in ideal.items()}
     rows.update(handlers_without_wait(build, out_dir, seed))
-    rows.update(at_other_rates(out_dir, seed, settings, rates_hz))
+    rows.update(at_other_rates(out_dir, seed, settings))
     return rows
 
 
@@ -157,12 +157,12 @@ def handlers_without_wait(build, out_dir, seed):
     return {f"{name}.zero_wait": _row(cycles[name], instructions[name]) for name in cycles if name.startswith("handler.")}
 
 
-def at_other_rates(out_dir, seed, settings, rates_hz):
+def at_other_rates(out_dir, seed, settings):
     """The current loop's interrupt of the firmware built for each PWM rate, and what share of the core the loops take.
 
     With two samples a period only from when they are taken.
     """
-    rows = {f"rate.{hz}": _share(hz, out_dir / f"rate{hz}", seed, settings, overrides(hz)) for hz in rates_hz}
+    rows = {f"rate.{hz}": _share(hz, out_dir / f"rate{hz}", seed, settings, overrides(hz)) for hz in RATES_HZ}
     return {**rows, f"rate.{OWN_HZ}.two": _share(OWN_HZ, out_dir / "two", seed, settings, TWO_SAMPLES, EXCLUDED_BEFORE_S)}
 
 

@@ -280,6 +280,6 @@ def _method():
         "`current_loop.latency` and `current_loop.interrupt` come from the twin, which logs every interrupt of a run in closed"
         " loop: on the target they could be had only by adding to what is measured. `current_loop.pended` and `.stolen` come"
         " from the target and say the same as `.interrupt` by other means.", "",
-        "Budgets for these figures, for flash, RAM and stack stand in `tests/budgets.toml`, and `make test` holds them both"
-        " ways.",
+        "Budgets for these figures, for flash, RAM and stack stand in `tests/budgets.toml`, and `make test ALL=1` holds them"
+        " both ways.",
     ]

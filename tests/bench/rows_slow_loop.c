@@ -10,9 +10,8 @@
 #include "tests/bench/rows.h"
 #include "tests/bench/vectors.h"
 
-#define RPM_Q4_LIMIT (20000 * 16)
-#define RPM_Q16      65536
-#define EXTREMES     512u
+#define RPM_Q16  65536
+#define EXTREMES 512u
 
 static uint32_t found; /* faults */
 

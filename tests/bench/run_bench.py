@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "tools")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("qemu", "tests", "tests/tools", "firmware/tables", "linker/bounds")]
 os.chdir(ROOT)
 
 from bench.measure import measure  # noqa: E402

@@ -6,16 +6,13 @@ import json
 import pytest
 
 from bench.measure import measure_as_built, measure_ends, measure_variants, with_ends
-from budgets.figures import load_budgets
 from launcher.paths import build_dir
-from rates.builds import RATES_HZ, SAMPLE_HZ
 
-def _measured(folder, short):
+
+def _measured(folder):
     """{part: rows}. Every process of this session begins with what no other has begun, and waits for the rest in the end."""
-    parts = {"as built": measure_as_built, "ends": measure_ends,
-             "variants": lambda: measure_variants(rates_hz=SAMPLE_HZ if short else RATES_HZ)}
-    if not short:
-        parts["another seed"] = lambda: measure_as_built(seed=2)
+    parts = {"as built": measure_as_built, "ends": measure_ends, "variants": measure_variants,
+             "another seed": lambda: measure_as_built(seed=2)}
     for how in (fcntl.LOCK_NB, 0):
         for name, part in parts.items():
             with open(folder / f"bench {name}.lock", "w") as lock:
@@ -33,22 +30,12 @@ def _measured(folder, short):
 def measured(tmp_path_factory, request):
     alone = not hasattr(request.config, "workerinput")
     base = tmp_path_factory.getbasetemp()
-    short = request.config.getoption("--short", False)
-    parts = _measured(base if alone else base.parent, short)
+    parts = _measured(base if alone else base.parent)
     own = with_ends({**parts["as built"], **parts["variants"]}, parts["ends"])
-    if not short:
-        (build_dir() / "bench.json").write_text(json.dumps(own, indent=1) + "\n")
-    return {"1": own, "2": parts.get("another seed")}
+    (build_dir() / "bench.json").write_text(json.dumps(own, indent=1) + "\n")
+    return {"1": own, "2": parts["another seed"]}
 
 
 @pytest.fixture(scope="session")
 def bench(measured):
     return measured["1"]
-
-
-@pytest.fixture(scope="session")
-def budgets_of_bench(request):
-    """Of what is measured: `make test` leaves out some PWM rates."""
-    rows = load_budgets()["cycles"]
-    left_out = set(RATES_HZ) - set(SAMPLE_HZ) if request.config.getoption("--short", False) else ()
-    return {name: row for name, row in rows.items() if name not in {f"rate.{hz}" for hz in left_out}}

@@ -13,7 +13,7 @@ from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "tests" / "tools"))
+sys.path += [str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 from compiler import nearest  # noqa: E402
 
 BUDGETS = ROOT / "tests" / "budgets.toml"

@@ -41,9 +41,8 @@ def test_figures_of_another_compiler(own, now, loosen, kept):
     assert found.get("cycles", {}).get("row") == kept
 
 
-def test_cycles(bench, budgets_of_bench):
-    found = list(complaints("cycles", cycles(bench), budgets_of_bench))
-    assert not found, "\n".join(["budgets are not kept:", *found])
+def test_cycles(bench):
+    hold("cycles", cycles(bench))
 
 
 def test_cycles_at_their_worst(bench):

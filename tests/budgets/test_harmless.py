@@ -30,7 +30,7 @@ MOTOR, SCENARIO = "teknic_m2310p", "default"
 PRODUCTS = ("mssfoc.elf", "mssfoc.hex", "bench.elf", "bench.hex")
 QUALITY = load_quality()
 VALUES = QUALITY["values"][MOTOR][SCENARIO]
-
+SAME_S = 1e-6  # the slow loop's own way to the gates may be some cycles longer; a sample later is 50 us
 
 
 def rename_a_static_function(text):
@@ -56,14 +56,14 @@ def exchange_two_members(text):
 
 
 def lengthen_a_message(text):
-    return re.sub(r'''(\[ERROR_\w+\] = "[a-z]\w* [\w ,;']+)(",)''', r"\1, as it happens\2", text, count=1)
+    return re.sub(r'''(X\(\d+, \w+, "[a-z]\w* [\w ,;']+)("\))''', r"\1, as it happens\2", text, count=1)
 
 
 CHANGES = {
     "a static function renamed": {"firmware/drive/start.c": rename_a_static_function},
     "64 bytes of constants": {"firmware/drive/states.c": add_constants, "linker/m2s010.ld": keep_constants},
     "two members exchanged": {"firmware/axis/axis.h": exchange_two_members},
-    "a longer message": {"firmware/operate/messages.c": lengthen_a_message},
+    "a longer message": {"firmware/settings/errors.h": lengthen_a_message},
 }
 
 
@@ -77,7 +77,7 @@ def copied_project(folder, edits):
     """A copy with these texts, and with the products of the build, of which make renews what the edits touch."""
     own, names = build_dir(), [name for name in tracked(ROOT) if not name.startswith(("docs/", "tests/closed_loop"))]
     mirror(ROOT, folder, names)
-    for part in ("arm", "bench", "eds", "fabric"):
+    for part in ("arm", "bench", "packed", "fabric"):
         shutil.copytree(own / part, folder / "build" / part, symlinks=True, ignore=shutil.ignore_patterns("run*", "lockstep"))
     for part in ("choices", "commit.h", "libmssfoc.a"):
         shutil.copy2(own / part, folder / "build" / part)
@@ -149,6 +149,6 @@ def test_a_harmless_change_trips_nothing(change, as_it_is, tmp_path):
     found += complaints("pessimistic", run["loops"], budgets(before["loops"]))  # with the waits
     found += [run["failure"]] if run["failure"] else []
     found += quality_complaints("quality", run["figures"], VALUES, QUALITY["held"][SCENARIO])
-    if run["on_s"] != before["on_s"]:
+    if abs(run["on_s"] - before["on_s"]) > SAME_S:
         found += [f"the bridge switches on at {run['on_s']} s, not at {before['on_s']} s"]
     assert not found, "\n".join([f"{change}:", *found])

@@ -148,9 +148,9 @@ def test_what_a_refusal_is_held_against_is_what_the_firmware_has():
     assert part_identify.RAMP_SHARE == 1 / number("identify_index", "RELUCTANT_PART")
     assert part_identify.SPEED_SHARE == 1 / number("identify_index", "SPEED_SHARE")
     assert part_identify.RAMP_S == number("identify_ramps", "PATIENCE_MS") / 1000
-    assert part_identify.LATE_S == number("identify_map_think", "LATE_MS") / 1000
-    assert part_identify.LATE_SHARE == pytest.approx(1 / number("identify_map_think", "LATE_PART"), rel=0.15)  # drawn
-    assert part_identify.SWINGS_HZ == 3 * number("identify_tune", "TURNING_SPEED_HZ")
+    assert part_identify.LATE_S == number("identify_map", "LATE_MS") / 1000
+    assert part_identify.LATE_SHARE == pytest.approx(1 / number("identify_map", "LATE_PART"), rel=0.15)  # drawn
+    assert part_identify.SWINGS_HZ == 3 * number("identify_numbers", "TURNING_SPEED_HZ")
 
 
 def test_lines_of_the_map_are_read():
@@ -167,14 +167,7 @@ def test_lines_of_the_map_are_read():
     ("lot:102", "lq at 1 in q", "turns the rotor too quickly", False),
     ("lot:104", "friction", "a load drives the shaft or holds it back", True), ("lot:102", "friction", "holds it back", False),
     ("lot:104", "inertia", "the speed swings as it grows", True), ("lot:104", "ld", "differ by more than a tenth", False),
-    ("lot:131", "flux", "holds it back", True), ("thor_pmsyrm", "flux", "holds it back", False)))
-def test_a_refusal_that_is_true_of_the_plant(motor, name, reason, may):
-    """112 is light, 104 hangs on a soft coupling, 131 has friction of 12 % and a fifth of its current to be turned with."""
-    run = SimpleNamespace(drive=load_drive(motor))
-    assert part_identify.may_be_refused(name, reason, None, run) == may
-
-
-@pytest.mark.parametrize("motor, name, reason, may", (
+    ("lot:131", "flux", "holds it back", True), ("thor_pmsyrm", "flux", "holds it back", False),
     ("thor_pmsyrm", "ld at 1 in d", "reluctance turns", True), ("maxon_ec22", "ld at 1 in d", "reluctance turns", False),
     ("thor_pmsyrm", "flux in d there", "no current in d, or little", False),
     ("maxon_ec22", "flux in d there", "no current in d, or little", True),
@@ -182,6 +175,8 @@ def test_a_refusal_that_is_true_of_the_plant(motor, name, reason, may):
     ("maxon_ec22", "ld at 1/3 of rated current in q", "ripple and dead time hide it", True),
     ("maxon_ec22", "lq at 1/3 in q", "ripple and dead time hide it", False),
     ("maxon_ec22", "ld at 1 in d", "ripple and dead time hide it", False)))
-def test_what_of_the_map_may_be_refused(motor, name, reason, may):
+def test_a_refusal_that_is_true_of_the_plant(motor, name, reason, may):
+    """Of the map, too. 112 is light, 104 hangs on a soft coupling, 131 has friction of 12 % and a fifth of its current to be
+    turned with."""
     run = SimpleNamespace(drive=load_drive(motor))
     assert part_identify.may_be_refused(name, reason, None, run) == may

@@ -3,6 +3,7 @@
 
 Runs in the environment that has canopen (client_venv.py). Each case ends with the drive off and says `done`.
 """
+import math
 import struct
 import sys
 import time
@@ -166,6 +167,7 @@ def case_store(_, node):
     node.sdo[0x1010][1].raw = int.from_bytes(b"save", "little")
     node.sdo[0x1011][1].raw = int.from_bytes(b"load", "little")
     assert changed.raw == 100
+    node.sdo["can_heartbeat_ms"].raw = 100  # it counts at once, and so did its initial value, 0
 
 
 def ready(node):
@@ -197,6 +199,28 @@ def case_profile(_, node):
     until(lambda: abs(velocity.raw) < 20000, "standstill")
     node.state = "SWITCH ON DISABLED"
     until(lambda: node.state == "SWITCH ON DISABLED", "off")
+
+
+def case_home_then_csp(_, node):
+    """docs/can.md: home, change the mode in operation, follow a sine; a fault, its reset, and the same once more."""
+    ready(node)
+    node.TIMEOUT_HOMING_DEFAULT = PATIENCE_S
+    for _ in range(2):
+        node.sdo["Homing method"].raw = 34
+        assert node.homing(timeout=PATIENCE_S), "homed"
+        assert node.sdo["Statusword"].raw & 0x6F == 0x27, "in operation"
+        node.op_mode = "CYCLIC SYNCHRONOUS POSITION"
+        until(lambda: node.op_mode == "CYCLIC SYNCHRONOUS POSITION", "the mode is shown")
+        node.rpdo[3]["Controlword"].raw = 0x0F
+        seen = []
+        for n in range(100):
+            node.rpdo[3]["Target position"].raw = int(600 * math.sin(n / 16))
+            node.rpdo[3].transmit()
+            time.sleep(0.01)
+            seen.append(node.sdo["Position actual value"].raw)
+        assert node.sdo["Statusword"].raw & 0x6F == 0x27 and max(seen) > 300 and min(seen) < -300, (min(seen), max(seen))
+        node.state = "SWITCH ON DISABLED"
+        until(lambda: node.state == "SWITCH ON DISABLED", "off")
 
 
 def case_process_data(network, node):

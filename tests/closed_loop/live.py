@@ -20,6 +20,8 @@ from launcher.qemu import Image, Qemu, bus_chardev, command, escape, line_charde
 from launcher.scenario import Scenario, Step
 from launcher.simulate import prepare, write
 
+from closed_loop.whole_frames import whole_frames
+
 PATIENCE_S = 600  # only what hangs takes so long, on a busy machine, too
 
 
@@ -63,8 +65,8 @@ def free_port():
 @contextlib.contextmanager
 def live(out_dir, motor="teknic_m2310p"):
     """(terminal of its bus, progress file) of a running drive, whose parameters have been typed."""
-    with _running(out_dir, motor, *bus_chardev("pty")) as (files, output):
-        yield _terminal(output), files["progress"]
+    with _running(out_dir, motor, *bus_chardev("pty")) as (files, output), whole_frames(_terminal(output)) as terminal:
+        yield terminal, files["progress"]
 
 
 @contextlib.contextmanager

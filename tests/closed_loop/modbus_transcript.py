@@ -7,25 +7,27 @@ from dataclasses import dataclass
 
 from launcher.qemu import progress_s
 
-from tools.param_rows import param_rows
+from param_rows import param_rows
 
 SHOWN_PORT = "/dev/ttyUSB0"
 COMMON = "mbpoll -m rtu -a 1 -b 19200 -P even -0 -1 -o 5"
 PARAMS = 4096
 SILENCE_MS = 4000
 ATTEMPTS = 10
+AT_REST = 10000  # 0.001 rpm: nothing is stored while it turns
 # measured values are shown rounded: register -> to what
 ROUNDED = {18: 20000, 28: 1000, 82: 1000, 84: 20000, 80: 500, 78: 500}
 
 
 @dataclass
 class Step:
-    """Options and values for mbpoll; what is waited for before: `until` (register, mask, value), or the drive's `silence`."""
+    """Options and values for mbpoll; what comes before: `until` (register, mask, value), the drive's silence, or rest."""
     what: str
     options: str
     values: str = ""
     until: tuple = ()
     silent_s: float = 0.0
+    at_rest: bool = False
 
 
 def param(name):
@@ -57,13 +59,13 @@ def steps():
         Step("", "-t 4:int -B -r 84 -c 1"),
         Step("Clear: an edge of bit 7", "-r 0", "128"),
         Step("", "-t 4:hex -r 16 -c 1", until=(16, 0x4F, 0x40)),
-        Step("Keep the parameters", "-t 4:hex -r 192", "0x6576 0x6173"),
+        Step("Keep the parameters", "-t 4:hex -r 192", "0x6576 0x6173", at_rest=True),
     ]
 
 
 def fault(name):
-    from rigs.firmware import ROOT
-    return re.findall(r"^    FAULT_(\w+)", (ROOT / "firmware/fault/fault.h").read_text(), re.M).index(name)
+    from cause_rows import faults
+    return faults()[name].number
 
 
 def ask(port, step):
@@ -93,6 +95,8 @@ def _wait(port, step, progress):
         over_s = progress_s(progress) + step.silent_s
         while progress_s(progress) < over_s:
             time.sleep(0.05)
+    while step.at_rest and abs(int(ask(port, Step("", "-t 4:int -B -r 18 -c 1"))[0].split()[-1])) > AT_REST:
+        time.sleep(0.2)
     while step.until:
         register, mask, value = step.until
         (line,) = ask(port, Step("", f"-t 4:hex -r {register} -c 1"))

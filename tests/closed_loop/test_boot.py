@@ -167,6 +167,15 @@ def test_where_traffic_can_take_the_fabric_away_each_restart_says_so(tmp_path):
     assert "fault: processor exception" in said
 
 
+@pytest.mark.parametrize("reset", ("watchdog_reset", "power_cut"))
+def test_a_reset_costs_what_power_on_costs(reset, tmp_path, monkeypatch):
+    """In cycles, wherever the core was: what it had fetched ahead is gone. All that differs is what start-up keeps."""
+    monkeypatch.setattr(sys.modules["launcher.simulate"], "chip_items", lambda *chip: {**chip_items(*chip), "time": "cycles"})
+    _, result = boot(tmp_path, reset=reset, lines=("status",))
+    first_s, behind_s = (result.trace["t_s"][result.trace["t_s"] > from_s][0] - from_s for from_s in (0, RESET_S + 1e-4))
+    assert behind_s + 1e-4 == pytest.approx(first_s, abs=5e-5)
+
+
 def test_power_on_is_no_fault(tmp_path):
     """It sets the bit of every cause: of a lock-up and of the watchdog, too."""
     said, _ = boot(tmp_path, reset="power_cut", lines=("fault", "on", *["version"] * 23, "status"))

@@ -8,6 +8,8 @@ from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
 from launcher.qemu import CAN_DESIGN
 
+from rigs.steps import event
+
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
 UPLOAD = "605#4000100000000000"  # of object 0x1000
 
@@ -19,10 +21,6 @@ def play(tmp_path, steps, end_s, *typed):
     result = simulate(plan, out_dir=tmp_path, **EXACT)
     log = [(int(ns) * 1e-9, what, *rest) for ns, what, *rest in map(str.split, (tmp_path / "can.txt").read_text().splitlines())]
     return result, log
-
-
-def event(t_s, kind, argument):
-    return {"t_s": round(t_s, 7), "event": kind, "args": [argument]}
 
 
 def can(t_s, frame):
@@ -55,7 +53,6 @@ def test_it_tries_until_somebody_is_there(tmp_path):
 
 
 
-
 @pytest.mark.parametrize("kbit", (20, 50, 125, 250, 500, 800, 1000))
 def test_a_frame_takes_its_bits(kbit, tmp_path):
     """What others send at once when the bus is free; and the answer, with at most 1.5 ms of the thread's before it."""
@@ -69,17 +66,6 @@ def test_a_frame_takes_its_bits(kbit, tmp_path):
     assert answered_s < answer[0] - asked[0] < answered_s + 1.5e-3
 
 
-def test_layer_setting_gives_the_bus_its_rate(tmp_path):
-    """Configuration, 250 kbit/s, 10 ms: what comes 40 ms later takes twice as long, and is answered."""
-    steps = [can(0.2, "081#"), *(can(0.21 + 0.005 * n, f"7e5#{command}".ljust(20, "0")) for n, command in enumerate(
-        ("0401", "130003", "150a")))]
-    _, log = play(tmp_path, [*steps, can(0.26, UPLOAD)], 0.3)
-    asked, answer = (next(line for line in log if line[1] == what and line[2] == identifier)
-                     for what, identifier in (("rx", "605"), ("tx", "585")))
-    assert asked[0] - 0.26 == pytest.approx(bits(0x605, bytes.fromhex(UPLOAD[4:])) / 250e3, abs=1e-7)
-    assert answer[3] == "4300100092010200" and [line[3] for line in log if line[2:3] == ("7e4",)] == ["1300000000000000"]
-
-
 def test_a_broken_frame_comes_again_and_only_once(tmp_path):
     steps = [can(0.2, "081#"), event(0.22, "can_break", "3"), can(0.25, UPLOAD)]
     _, log = play(tmp_path, steps, 0.3)
@@ -89,7 +75,9 @@ def test_a_broken_frame_comes_again_and_only_once(tmp_path):
 
 @pytest.mark.parametrize("recovers", (0, 1))
 def test_bus_off_ends_by_itself_only_if_it_shall(recovers, tmp_path):
+    """By hand it comes back when a parameter is set."""
     steps = [can(0.2, "081#"), event(0.22, "can_break", "32"), can(0.25, UPLOAD)]
+    steps += [] if recovers else [{"t_s": 0.3, "console": "set can_recover 1"}, can(0.35, UPLOAD)]
     _, log = play(tmp_path, steps, 0.4, f"set can_recover {recovers}")
     answers = [line[1] for line in log if line[2:3] == ("585",)]
     off_s = told(log, "off")[0][0]
@@ -99,14 +87,7 @@ def test_bus_off_ends_by_itself_only_if_it_shall(recovers, tmp_path):
         assert told(log, "on")[0][0] - off_s == pytest.approx(128 * 11 * 2e-6, rel=0.01) and answers[broken:] == ["tx"]
         assert any(line[1:3] == ("tx", "085") and line[3].startswith("4081") for line in log), "EMCY 8140"
     else:
-        assert not told(log, "on") and answers[broken:] == []
-
-
-def test_by_hand_it_comes_back_when_a_parameter_is_set(tmp_path):
-    steps = [can(0.2, "081#"), event(0.22, "can_break", "32"), can(0.25, UPLOAD),
-             {"t_s": 0.3, "console": "set can_recover 1"}, can(0.35, UPLOAD)]
-    _, log = play(tmp_path, steps, 0.4, "set can_recover 0")
-    assert [line[0] > 0.35 for line in log if line[1:3] == ("tx", "585")] == [True]
+        assert answers[broken:] == ["tx"] and [line[0] > 0.35 for line in log if line[1:3] == ("tx", "585")] == [True]
 
 
 def test_a_burst_comes_in_order_and_none_is_lost(tmp_path):

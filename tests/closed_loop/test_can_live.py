@@ -4,13 +4,14 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from tools.eds import eds
+from eds import eds
 
 from closed_loop.client_venv import environment
 from closed_loop.live import live_can
 
 CLIENT = Path(__file__).with_name("canopen_client.py")
-CASES = ("management", "dictionary", "data_sheet", "layer_setting", "store", "profile", "process_data", "master_lost")
+CASES = ("management", "dictionary", "data_sheet", "layer_setting", "store", "profile", "home_then_csp",
+         "process_data", "master_lost")
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import tty
 import pytest
 from launcher.can_bus import can_chardev
 from launcher.paths import REPO, build_dir
-from tools.eds import eds
+from eds import eds
 
 from closed_loop.client_venv import environment
 from closed_loop.live import PATIENCE_S, free_port, live_can, until

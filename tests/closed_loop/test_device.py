@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """What the processor's side can suffer while the motor turns: the bridge is off at once, the next life says why."""
-import numpy as np
 import pytest
 
 from launcher import simulate
+
+from rigs.steps import faults
 
 ON_S, SPEED_S, INJECT_S = 0.1, 0.4, 0.65
 PERIOD_S = 50e-6
@@ -23,12 +24,6 @@ def gates_on_s(result):
     """When a gate was on, after the injection."""
     t_s = result.trace["t_s"][result.trace["gates"] > 0]
     return t_s[t_s > INJECT_S] - INJECT_S
-
-
-def faults(result):
-    codes = result.trace["fault"]
-    changes = codes[np.flatnonzero(np.diff(codes, prepend=0))]
-    return [result.enums["fault"][int(code)] for code in changes if code]
 
 
 CASES = {

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from launcher.simulate import simulate
 
+from rigs.steps import rpm
+
 MOTOR = "hoverboard_350w"
 LEARNS_S, IDEAL = 10.5, "513264"
 
@@ -33,10 +35,6 @@ def window(result, begin, end):
 def angle_deg(seen):
     off = seen["angle_fw_rad"] - 15 * seen["theta_mech_rad"]
     return np.degrees((off + np.pi) % (2 * np.pi) - np.pi)
-
-
-def rpm(seen):
-    return seen["speed_rad_s"] * 30 / np.pi
 
 
 def test_wires_exchanged_and_inverted_are_learned_and_load_and_reversal_are_borne(tmp_path):

@@ -6,7 +6,8 @@ import pytest
 from launcher import simulate
 from launcher.drive import load_drive
 
-RPM = np.pi / 30
+from rigs.steps import faults, rpm
+
 NO_SINK = {"inverter": {"supply": {"supply_sinks": 0}}}
 ON_S = 0.15
 THREE = ["teknic_m2310p", "abb_m2bj100l", "maxon_ec45flat"]
@@ -33,14 +34,6 @@ def fast_then(tmp_path, motor, command, after_s, **kwargs):
 def up_s(motor, overrides=None):
     """When the drive is on."""
     return ON_S + load_drive(motor, overrides, aligned=True).on_time_s + 0.05
-
-
-def faults(result):
-    return {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])} - {"FAULT_NONE"}
-
-
-def rpm(part):
-    return part["speed_rad_s"] / RPM
 
 
 def assert_braked(result, then_s):

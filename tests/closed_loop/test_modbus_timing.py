@@ -9,7 +9,7 @@ from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
 
 from closed_loop.bus import load_bus
-from rigs.bus_steps import send
+from rigs.steps import send
 from rigs.modbus_line import frame, long, read, write, write_one
 
 REPLY_S = 2e-3
@@ -171,11 +171,9 @@ def run_and_fall_silent(tmp_path, reaction):
 
 
 def places():
-    from tools.param_rows import param_rows
-    from rigs.firmware import ROOT
-    import re
-    faults = re.findall(r"^    (FAULT_\w+)", (ROOT / "firmware/fault/fault.h").read_text(), re.M)
-    return list(param_rows()).index("command_timeout_ms"), faults.index("FAULT_COMMAND_TIMEOUT")
+    from param_rows import param_rows
+    from cause_rows import faults
+    return list(param_rows()).index("command_timeout_ms"), faults()["COMMAND_TIMEOUT"].number
 
 
 TIMEOUT, CAUSE = places()

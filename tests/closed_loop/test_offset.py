@@ -9,20 +9,14 @@ import pytest
 from launcher import simulate
 from launcher.drive import load_drive
 
+from rigs.steps import event, faults, typed
+
 MOST_SHARE = 0.2
 PACE_S = 0.032  # `on` takes effect so many times behind the line, with what it works out once more or less
 OFF_S, CHANGE_S, AGAIN_S, SPEED_S = 0.5, 0.6, 0.7, 1.3 + 2 * PACE_S
 SIZE_DEG = 12
 RIGHT_S, RIGHT_SWINGS = 0.25 + PACE_S, 5  # of a heavy rotor about i_max_ma: docs/faults.md
 NAMED_SWINGS = 8  # seven pushes of 9/16 and rests of 1/16, half a one to the second place, and what a rest takes longer
-
-
-def typed(t_s, line):
-    return {"t_s": t_s, "console": line}
-
-
-def event(t_s, kind, *args):
-    return {"t_s": t_s, "event": kind, "args": list(args)}
 
 
 def asked_rpm(motor):
@@ -54,11 +48,6 @@ def slip(motor, error_deg, **how):
     """An encoder that is turned on its shaft: so far are the magnets off then."""
     names = load_drive(motor, **how).names()
     return "encoder_slip", str(round(-error_deg / 360 * names["encoder_counts"] / names["pole_pairs"]))
-
-
-def faults(result):
-    codes = result.trace["fault"]
-    return [result.enums["fault"][int(code)] for code in codes[np.flatnonzero(np.diff(codes, prepend=0))] if code]
 
 
 def shaft(result, from_s, to_s):

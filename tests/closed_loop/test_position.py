@@ -7,6 +7,8 @@ import pytest
 from launcher import simulate
 from launcher.drive import load_drive, twin_items
 
+from rigs.steps import typed
+
 ON_S = 0.15
 RPM = np.pi / 30
 
@@ -15,13 +17,9 @@ def up_s(motor):
     return ON_S + load_drive(motor, aligned=True).on_time_s + 0.05
 
 
-def said(t_s, text):
-    return {"t_s": t_s, "console": text}
-
-
 def play(tmp_path, motor, steps, end_s, **how):
     scenario = {"key": "position", "end_s": end_s, "preamble_s": 0.05,
-                "step": sorted([said(ON_S, "on"), *steps], key=lambda step: step["t_s"])}
+                "step": sorted([typed(ON_S, "on"), *steps], key=lambda step: step["t_s"])}
     result = simulate(scenario, motor=motor, out_dir=tmp_path, aligned=True, **how)
     assert result.figures["refused by the drive"].passed is not False, result.figures["refused by the drive"].value
     assert {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])} == {"FAULT_NONE"}
@@ -50,7 +48,7 @@ def test_a_way_takes_the_optimum_and_half_the_load_moves_no_count(tmp_path, moto
     names, turns = drive.names(), 10
     best = optimum_s(turns, 0.9 * names["speed_max_rpm"], names["ramp_rpm_s"], 0.05)
     load = go + best + 0.4
-    result = play(tmp_path, motor, [said(go, f"pp {turns * names['encoder_counts']:.0f}"),
+    result = play(tmp_path, motor, [typed(go, f"pp {turns * names['encoder_counts']:.0f}"),
                                     {"t_s": load, "event": "load_nm", "args": ["0.5 * rated_torque_Nm"]}], load + 1.2)
     t, position = result.trace["t_s"], counts(result)
     begun = t[np.flatnonzero(result.trace["mode"] == result.trace["mode"][-1])[0]]
@@ -66,7 +64,7 @@ def test_a_way_takes_the_optimum_and_half_the_load_moves_no_count(tmp_path, moto
 
 def test_a_block_is_found_with_a_fifth_of_the_current_and_becomes_the_zero(tmp_path):
     go = up_s("teknic_m2310p")
-    steps = [said(go, "hm block"), {"t_s": go + 0.5, "event": "lock", "args": ["1"]}, said(go + 1.0, "status")]
+    steps = [typed(go, "hm block"), {"t_s": go + 0.5, "event": "lock", "args": ["1"]}, typed(go + 1.0, "status")]
     result = play(tmp_path, "teknic_m2310p", steps, go + 1.1)
     assert "mode: pp (profile position), position: 0, target 0, following error 0 counts, homed" in result.console
     blocked = result.trace.between(go + 0.5, go + 1.1)
@@ -78,7 +76,7 @@ def test_a_block_is_found_with_a_fifth_of_the_current_and_becomes_the_zero(tmp_p
 def test_set_points_from_the_console_are_followed(tmp_path):
     """A line every 10 ms, at 115200 baud: 300 rpm, then it stays."""
     go = up_s("teknic_m2310p")
-    lines = [said(go + 0.01 * n, f"csp {200 * n}") for n in range(40)]
+    lines = [typed(go + 0.01 * n, f"csp {200 * n}") for n in range(40)]
     result = play(tmp_path, "teknic_m2310p", lines, go + 0.7)
     steady = result.trace.between(go + 0.2, go + 0.38)
     assert np.mean(steady["speed_rad_s"]) / RPM == pytest.approx(300, rel=0.01)
@@ -104,8 +102,8 @@ def test_the_learned_map_takes_four_fifths_of_the_cogging_away(tmp_path):
     motor, learn_s = "teknic_m2310p", 8.5
     go = up_s(motor)
     first, learned = (go + 0.5, go + 3.5), (go + 4.5 + learn_s, go + 7.5 + learn_s)
-    steps = [said(go, "speed 5"), said(first[1], "learn cogging"), said(learned[0] - 0.6, "status"),
-             said(learned[0] - 0.5, "speed 5")]
+    steps = [typed(go, "speed 5"), typed(first[1], "learn cogging"), typed(learned[0] - 0.6, "status"),
+             typed(learned[0] - 0.5, "speed 5")]
     result = play(tmp_path, motor, steps, learned[1], overrides={"params": {"learn_rpm": 20}})
     assert "cogging: learned, times a turn: 24 48" in result.console
     before, after = result.trace.between(*first), result.trace.between(*learned)

@@ -6,6 +6,8 @@ import pytest
 from launcher import simulate
 from launcher.drive import load_drive
 
+from rigs.steps import faults
+
 ON_S = 0.12
 
 
@@ -18,11 +20,6 @@ def play(tmp_path, end_s, motor="teknic_m2310p", events=(), typed=(), angle_deg=
     return simulate({"key": "start", "end_s": end_s, "preamble_s": 0.05, "step": sorted(steps, key=lambda step: step["t_s"])},
                     motor=motor, out_dir=tmp_path, spread=0,
                     overrides={"motor": {"start": {"initial_angle_rad": float(np.radians(angle_deg) / pole_pairs)}}})
-
-
-def faults(result):
-    codes = result.trace["fault"]
-    return [result.enums["fault"][int(code)] for code in codes[np.flatnonzero(np.diff(codes, prepend=0))] if code]
 
 
 def electrical(result):

@@ -9,15 +9,13 @@ from launcher import simulate
 from launcher.data import read_toml
 from launcher.paths import SCENARIOS
 
+from rigs.steps import typed
+
 LASTS_S = 3.0  # a sweep of the currents, at most
 READ = {"bandwidth": r"closed loop, -3 dB: ([\d.]+) Hz", "lag": r"closed loop, -90 degrees: ([\d.]+) Hz",
         "margin": r"phase margin: ([\d.]+) degrees"}
 
 SEEN = {"bandwidth": "bandwidth of i_{}, -3 dB", "lag": "bandwidth of i_{}, -90 degrees", "margin": "phase margin of i_{}"}
-
-
-def at(t_s, text):
-    return {"t_s": t_s, "console": text}
 
 
 def plan_of(amplitude_a):
@@ -28,7 +26,7 @@ def plan_of(amplitude_a):
             step["t_s"] = f"d_end + {2 * LASTS_S + 0.1}"
     for n, axis in enumerate("qd"):
         begins = f"d_end + {0.02 + n * LASTS_S}"
-        plan["step"] += [at(begins, f"sweep {axis} {amplitude_a:.3f}"), at(f"{begins} + {LASTS_S - 0.1}", "sweep read")]
+        plan["step"] += [typed(begins, f"sweep {axis} {amplitude_a:.3f}"), typed(f"{begins} + {LASTS_S - 0.1}", "sweep read")]
     return plan
 
 

@@ -71,12 +71,13 @@ def test_modes_change_while_off_and_only_then(tmp_path):
     steps = [said(up_s, "speed 600"), said(up_s + 0.3, "quickstop")]
     then_s = up_s + 0.8
     for update in (ONCE, ENDS, VALLEY):
-        steps += [said(then_s, f"set pwm_update {update}"), said(then_s + 0.02, "on"), said(then_s + 0.4, "status"),
-                  said(then_s + 0.45, "speed 600"), said(then_s + 0.8, "quickstop")]
-        then_s += 1.3
+        steps += [said(then_s, f"set pwm_update {update}"), said(then_s + 0.02, "on"), said(then_s + 1.0, "status"),
+                  said(then_s + 1.05, "speed 600"), said(then_s + 1.4, "quickstop")]
+        then_s += 1.9  # a check of the offset makes as many pushes as it needs
     result = play(tmp_path, steps, then_s)
     assert not faults(result)
     assert result.figures["overruns"].value == 0
+    assert result.console.count("done: operation enabled") == 4
     assert re.findall(r"PWM update: ([a-z ]+)", result.console) == ["at once", "at both ends", "at the valley"]
     assert re.findall(r"loop: (\d+) degrees", result.console) == ["62", "80", "72", "62"]
     window = result.trace.between(then_s - 0.75, then_s - 0.5)

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
-# `make fabric`: the RTL in drivers/fabric/rtl, checked, proved, attacked and counted: docs/fabric.md. `make registers`: what
-# C, Verilog and debuggers need to know of the registers. Included by the top Makefile, which defines PYTHON, BUILD and `say`.
+# `make fabric`: the RTL in drivers/fabric/rtl, checked, proved, attacked and counted: docs/fabric.md. Included by
+# the top Makefile, which defines PYTHON, BUILD and `say`.
 
-FABRIC_GENERATE = drivers/fabric/rtl/generate.py
-FABRIC_REGISTERS = $(addprefix $(BUILD)/fabric/,contract3.h mssfoc_regs.vh mssfoc.svd)
 FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-netlist fabric-proofs fabric-benches fabric-lockstep \
     fabric-mutants
 FABRIC_RTL = $(wildcard drivers/fabric/rtl/*.v)
@@ -14,13 +12,6 @@ VERILATE = $(VERILATOR) --cc -O3 -Wall --x-assign fast --x-initial fast --langua
     -I$(BUILD)/fabric --top-module fabric_axis drivers/fabric/rtl/fabric_axis.v
 VERILATED_INCLUDE = $(shell $(VERILATOR) --getenv VERILATOR_ROOT)/include
 HOST_WARNINGS = -Wall -Wextra -Wshadow -Werror
-
-registers: $(FABRIC_REGISTERS)
-
-$(FABRIC_REGISTERS): drivers/fabric/registers.toml $(FABRIC_GENERATE)
-	@mkdir -p $(@D)
-	$(call say,GEN)
-	$(Q)$(PYTHON) $(FABRIC_GENERATE) $(@F) > $@
 
 # All steps run, whatever the others say; one that fails makes the whole fail.
 fabric: LASTS = some 11 minutes: lint, synthesis, proofs, benches, lockstep, mutants; REMEMBER=1: and CI knows

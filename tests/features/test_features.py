@@ -8,9 +8,10 @@ from launcher import simulate
 
 from closed_loop.bus import load_bus
 from features.builds import FEATURES, MINIMAL, ROOT, build, image_bytes, without
-from rigs.bus_steps import send
+from rigs.steps import send
 from rigs.modbus_line import PARAM_BASE, long, read, write, write_one
 from rigs.verdicts import verdicts
+from cause_rows import refusals as refusal_rows
 
 FLASH_MOST, RAM_MOST = 103 * 1024, 25_800  # 5 KB of RAM are the sine table: the cache, locked, has no room for it
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
@@ -89,7 +90,7 @@ def test_settings_of_the_whole_image_outlive_the_least_one_and_back(tmp_path):
     assert "encoder: carry" in changed and "unknown to this firmware" not in changed
 
 
-ERRORS = re.findall(r"^    (ERROR_\w+) = ", (ROOT / "firmware/settings/error.h").read_text(), re.MULTILINE)
+ERRORS = ["ERROR_NONE", *(f"ERROR_{name}" for name in refusal_rows())]
 REFUSAL, STORE, MODE, REACTIONS, ERROR_OF_ENCODER, CARRY = 0x2B, 0xC0, 1, 0x400, 7, 3
 PROFILE_POSITION = 1
 ON_THE_BUS = {  # what needs it, by requests

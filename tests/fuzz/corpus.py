@@ -6,9 +6,9 @@ import struct
 from pathlib import Path
 
 from rigs.settings import MARK, PAGE, number, record, slot
-from tools.modbus_page import REACTIONS, objects
-from tools.modbus_page import PARAMS as PARAMS_AT
-from tools.param_rows import param_rows
+from object_rows import REACTIONS, objects
+from object_rows import PARAMS as PARAMS_AT
+from param_rows import param_rows
 
 ROOT = Path(__file__).resolve().parents[2]
 PARAMS = param_rows()

@@ -3,7 +3,7 @@
 # program for each of tests/fuzz/*.c. Included by the top Makefile, behind unit.mk.
 
 FUZZ_CFLAGS := -std=gnu11 -O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=function -fno-sanitize-recover=all \
-    -fno-pie -w -Itests/unit/host -I. -I$(BUILD)/eds/1
+    -fno-pie -w -Itests/unit/host -I. -I$(BUILD)/packed/1
 FUZZ_OBJ := $(patsubst $(BUILD)/host/%,$(BUILD)/fuzz/%,$(filter-out %/interrupt.o,$(UNIT_FIRMWARE)))
 FUZZERS := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/fuzz/%,$(wildcard tests/fuzz/*.c))
 
@@ -26,6 +26,7 @@ $(BUILD)/fuzz/%.o: %.c tests/fuzz/fuzz.mk
 	$(call say,CLANG)
 	$(Q)clang $(FUZZ_CFLAGS) -MMD -MP -c $< -o $@
 
-$(BUILD)/fuzz/firmware/operate/data_sheet.o: $(BUILD)/eds/1/data_sheet_text.h
+$(BUILD)/fuzz/firmware/operate/data_sheet.o: $(BUILD)/packed/1/data_sheet_text.h
+$(BUILD)/fuzz/firmware/operate/messages.o: $(BUILD)/packed/1/message_texts.h
 
 -include $(shell find $(BUILD)/fuzz -name '*.d' 2>/dev/null)

@@ -3,7 +3,8 @@
  * Bytes and silences on the drive's line, one by one. The first byte of the input says whether the drive is in operation; then
  * come parts: what precedes (SILENCE, LOSS, WAIT, PATIENCE), whether the check sum is put behind, and how many bytes follow.
  * Something is changed or answered only at the last byte of a frame with its check sum to this drive or to all; the answer is
- * that of the function, and what is refused changes nothing; behind a pause a right request is always answered.
+ * that of the function, and what is refused changes nothing but by a word that stops; behind a pause a right request is always
+ * answered.
  */
 #include "firmware/operate/modbus.h"
 #include "drive.h"
@@ -111,6 +112,18 @@ static bool asked_for(int32_t address, bool changed)
     return false;
 }
 
+/* A control word that stops is obeyed whatever else is refused with it; settings, mode and targets stay. */
+static bool only_stops(const struct all *before, const struct all *after)
+{
+    struct all expected = *after;
+    memcpy(&expected.told.params, &before->told.params, sizeof expected.told.params);
+    memcpy(expected.told.choice, before->told.choice, sizeof expected.told.choice);
+    expected.told.mode = before->told.mode;
+    memcpy(&expected.setpoints, &before->setpoints, sizeof expected.setpoints);
+    expected.setpoints.control_word = after->setpoints.control_word;
+    return cia402_stops(after->setpoints.control_word) && memcmp(&expected, after, sizeof expected) == 0;
+}
+
 /* Whether it has answered. */
 static bool turn(void)
 {
@@ -121,7 +134,9 @@ static bool turn(void)
     take_turn();
     const struct all after = all();
     const bool changed = memcmp(&before, &after, sizeof before) != 0, answered = host_bus_sent_bytes > 0u;
-    HOLDS((!changed && !answered) || asked_for(address, changed), "a request has asked for what is done and said");
+    const bool stopped = answered && host_bus_sent[1] >= 0x80u && only_stops(&before, &after);
+    HOLDS((!changed && !answered) || asked_for(address, changed && !stopped),
+          "a request has asked for what is done and said");
     if (changed || answered) {
         see(changed ? "written" : host_bus_sent[1] >= 0x80u ? "refused" : "read");
         check_ranges();

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The blocks of docs/guides/adding.md, as changes of the sources: where each stands, and what is added there."""
+"""The blocks of docs/guides/adding.md, as changes of the sources: where each stands, and what is added there.
+
+usage: edits.py        writes the page's table of costs
+"""
 import re
 import shutil
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,6 +55,17 @@ def edits(page=PAGE):
     return found
 
 
+def costs(page=PAGE):
+    """What each addition takes: a table."""
+    lines = ["| addition | files, new ones | lines |", "|---|---|---|"]
+    for section in page.split("\n## ")[1:]:
+        its = edits(section)
+        new = {edit.path for edit in its if edit.how == "new"}
+        count = sum(bool(edit.inline) + len(edit.below) for edit in its)
+        lines.append(f"| {section.splitlines()[0]} | {len({edit.path for edit in its})}, {len(new)} | {count} |")
+    return "\n".join(lines) + "\n"
+
+
 def apply(folder, page=PAGE):
     """Puts the page's blocks into the sources there; returns the files that differ now."""
     for edit in edits(page):
@@ -65,3 +80,9 @@ def copied(folder, names):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         if (ROOT / name).exists():
             shutil.copy2(ROOT / name, folder / name)
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT / "tests/tools"))
+    from pages import replace_block
+    replace_block(GUIDE, "costs", costs())

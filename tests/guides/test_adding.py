@@ -7,21 +7,27 @@ import shutil
 
 import pytest
 
-from guides.edits import PAGE, apply, copied, edits
+from guides.edits import PAGE, apply, copied, costs, edits
 from guides.transcript import ROOT
 from rigs.console import Operator
 from rigs.drive import World
 from rigs.guide_pages import shell
 from rigs.identify_alone import begin, known, measuring, thought
 from rigs.operating import Drive
+from tools.pages import replaced
 from unit.cinterface import Library
 
 # tests that notice a place that was forgotten, or a page that is stale; they run in the copy
 NOTICE = ("unit/test_params.py unit/test_modbus_page.py tools/test_states_page.py "
-          "unit/test_messages.py::test_each_has_a_text_of_its_own unit/test_messages.py::test_each_fault_has_a_hint_of_its_own "
+          "unit/test_messages.py::test_each_has_a_text_of_its_own "
+          "unit/test_messages.py::test_each_refusal_and_hint_is_one_of_its_own "
           "unit/test_messages.py::test_each_fault_is_in_the_table_of_docs_faults "
           "unit/test_modbus.py::test_each_fault_has_a_code unit/test_settings.py::test_names_tell_the_records_apart_and_fit "
           "unit/test_console_line.py::test_the_page_has_every_command")
+
+
+def test_the_page_says_what_each_addition_takes():
+    assert replaced(PAGE, "costs", costs()) == PAGE, "tests/guides/edits.py writes it anew"
 
 
 def test_each_place_is_there_once(tmp_path):
@@ -35,6 +41,9 @@ def test_a_place_that_is_not_there_once_is_told(text, complaint):
     (edit,) = edits('```c\n// a.c, after "three": four\n```\n')
     with pytest.raises(AssertionError, match=complaint):
         edit.applied(text)
+
+
+ABSOLUTE = 3  # angle_source
 
 
 # ---- what was added, in use ------------------------------------------------------------------------------------------
@@ -84,7 +93,7 @@ def console_answers(c):
     assert operator("damp") == ["error: usage: damp A"] and operator("damp 2")[0].startswith("error: the drive is not in oper")
     operator.axis.state = c.AXIS_OPERATION_ENABLED
     operator.axis.params.i_max_ma = 10000
-    assert operator("damp 2") == ["ok"] and "mode: damp, " in operator("status")[3]
+    assert operator("damp 2") == ["ok"] and any("mode: damp, " in line for line in operator("status"))
     assert operator("reaction damper warn")[0].startswith("error: ")
     operator.axis.state, operator.axis.faults.cause = c.AXIS_FAULT, c.FAULT_DAMPER
     assert "fault: damper" in operator.type(b"\r")
@@ -117,12 +126,26 @@ def identify_knows_the_supply(c):
 
 def absolute_encoder_starts_without_alignment(c):
     w = World(c)
-    w.axis.params.angle_source, w.axis.params.zero_cdeg = 3, 9000
+    w.axis.params.angle_source, w.axis.params.zero_cdeg = ABSOLUTE, 9000
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.step() == "SWITCHED_ON"
     w.axis.start.phase = c.START_FOLLOW  # its zeros are known, its wiring is right
     assert w.step() == "OPERATION_ENABLED" and w.axis.loop.source == c.LOOP_ENCODER
     assert w.axis.loop.angle_offset_q32 == 1 << 30 and w.axis.start.aligned
+
+
+def absolute_encoder_is_an_encoder_to_all_others(c):
+    """What an encoder may and must: position, a weakened field, a count fine enough, no turning start, identify."""
+    def found(source):
+        drive = Drive(c, angle_source=source, overmodulation=50, low_side_shunts=0)
+        coarse = World(c, angle_source=source, encoder_counts=64, pole_pairs=5)
+        turning, known = World(c, angle_source=source), World(c, angle_source=source)
+        turning.axis.speed.speed_rpm_q4 = 1600
+        return (drive.axis.tuning.weakens, drive.request("position"), c.switch_on_at_once(coarse.axis).error,
+                c.switch_on_at_once(turning.axis).error, c.drive_identify(known.axis).error)
+    encoder = found(0)
+    assert encoder == (True, c.ERROR_NONE, c.ERROR_ENCODER_COARSE, c.ERROR_TURNING, c.ERROR_NONE)
+    assert found(ABSOLUTE) == encoder != found(1)
 
 
 def test_what_the_page_adds_builds_and_works(tmp_path):
@@ -145,5 +168,6 @@ def test_what_the_page_adds_builds_and_works(tmp_path):
     run("/usr/bin/python3 -m pytest -q -p no:cacheprovider " + " ".join(f"tests/{name}" for name in NOTICE.split()))
     c = Library(folder / "build/tests/unit/firmware.so")
     for works in (can_be_set_and_kept, mode_brakes, fault_is_raised_by_its_name, console_answers, quick_stop_is_resumed,
-                  identify_knows_the_supply, absolute_encoder_starts_without_alignment):
+                  identify_knows_the_supply, absolute_encoder_starts_without_alignment,
+                  absolute_encoder_is_an_encoder_to_all_others):
         works(c)

@@ -6,6 +6,7 @@ import pytest
 
 from guides.transcript import ROOT, same, sessions
 from rigs.guide_pages import ELSEWHERE, GUIDES, lines, shell, stale
+from cause_rows import faults, refusals
 
 
 @pytest.mark.parametrize("line", sorted(ELSEWHERE & set(lines())))
@@ -45,7 +46,7 @@ def test_what_a_guide_names_is_there(guide):
 
 
 def test_the_symptoms_name_faults_that_exist():
-    names = set(re.findall(r'\{"([a-z][^"]*)",', (ROOT / "firmware/operate/messages.c").read_text()))
+    names = {row.text for row in faults().values()} | {re.sub("^&", "...", row.text) for row in refusals().values()}
     said = (ROOT / "firmware/operate/commands_drive.c").read_text()
     known = names | {"on", "characters were lost"} | {f"warning: {name}" for name in names}
     for row in re.findall(r"^\| (`[^|]*?) \|", (ROOT / "docs/guides/trouble.md").read_text(), re.MULTILINE):

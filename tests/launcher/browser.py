@@ -14,14 +14,15 @@ CAPACITY = 512
 
 
 @contextlib.contextmanager
-def served(folder):
+def served(folder, *options):
     """(address, process) of a page with the drive in QEMU, whose files are in the folder."""
     found = subprocess.run(["sh", str(ROOT / ".ci/tools"), "page", "browser"], capture_output=True, text=True, cwd=ROOT,
                            check=False)
     if found.returncode != 0:
         pytest.skip(f"the page was not tested: {(found.stderr.strip().splitlines() or ['no browser'])[-1]}")
     server = subprocess.Popen(["/usr/bin/python3", "qemu/run.py", "scope", "--no-browser", "--start", "aligned", "--seed", "1",
-                               "--out", str(folder)], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                               "--out", str(folder), *options],
+                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = []
     for line in server.stdout:
         said.append(line)

@@ -7,6 +7,7 @@ build/scope/.
 import http.client
 import os
 import re
+import socket
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -16,12 +17,20 @@ import pytest
 from launcher.paths import REPO as ROOT
 
 from browser import CAPACITY, browsed, served
+from rigs.modbus_line import write_one
+from cause_rows import faults
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory):
+def modbus_port():
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return free.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory, modbus_port):
     """Of a page that has been served for this module alone."""
-    with served(tmp_path_factory.mktemp("scope")) as (where, _):
+    with served(tmp_path_factory.mktemp("scope"), "--modbus", f"tcp:{modbus_port}") as (where, _):
         yield where
 
 
@@ -100,8 +109,7 @@ def test_a_load_and_a_fault_of_the_twins_making(page):
     shown = page.until_captured()
     assert abs(shown["speed"][100] - 800) < 40 and "by a fault" in page.find("capture").text
     text = page.find("fault").text
-    messages = (ROOT / "firmware/operate/messages.c").read_text()
-    assert re.search(r"\[FAULT_STO_A\] = [^,]*\"([^\"]+)\"", messages).group(1) in text, "the drive's own words"
+    assert faults()["STO_A"].hint in text, "the drive's own words"
     page.type("#arguments", "A 0")
     page.script("document.getElementById('disturb').requestSubmit()")
     page.wait(lambda: "twin: sto A 0" in page.heard())
@@ -110,6 +118,36 @@ def test_a_load_and_a_fault_of_the_twins_making(page):
     page.type("#disturbance", "sto"), page.type("#arguments", "everything")
     page.script("send({kind: 'disturb', line: 'watchdog_reset'})")
     page.wait(lambda: "error: 'watchdog_reset' is not one of" in page.heard())
+
+
+def brake(page):
+    """A rotor without load coasts for seconds."""
+    page.script("send({kind: 'disturb', line: 'lock 1'})")
+    page.wait(lambda: abs(page.latest("speed")) < 5)
+    page.script("send({kind: 'disturb', line: 'lock 0'})")
+
+
+def test_who_commands_is_shown_and_taken_over_from(page, modbus_port):
+    brake(page)
+    with socket.create_connection(("127.0.0.1", modbus_port)) as plc:
+        def commands(*words):
+            for word in words:
+                asked = write_one(0, word)
+                plc.sendall(asked)
+                assert plc.recv(len(asked), socket.MSG_WAITALL) == asked
+            return page.find("take").text == "take over from Modbus"
+        page.wait(lambda: commands(6, 7, 15))  # refused until the drive, too, has seen that the shaft stands
+        page.wait(lambda: commands(15) and page.state() == "operation enabled")
+        page.script("document.getElementById('said').textContent = ''")
+        page.type("#speed", 300), page.click("#run_speed")
+        page.wait(lambda: commands(15) and "error: Modbus commands" in page.heard())
+    page.click("#take")
+    page.wait(lambda: "commanded by: the console" in page.script("return $('status').textContent"))
+    assert not page.find("take").is_displayed()
+    page.click("#run_speed")
+    page.wait(lambda: abs(page.latest("speed") - 300) < 20)
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
 
 
 def change(page, name, value):
@@ -152,9 +190,7 @@ def test_what_cannot_happen_to_the_motor_is_refused(page, line, usage):
 
 
 def test_identify_shows_how_far_it_is_and_what_it_found(page):
-    page.script("send({kind: 'disturb', line: 'lock 1'})")  # it would coast for seconds
-    page.wait(lambda: abs(page.latest("speed")) < 5)
-    page.script("send({kind: 'disturb', line: 'lock 0'})")
+    brake(page)
 
     def begins():
         """Refused until the drive, too, has seen that the shaft stands."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import mssfoc
 import pytest
-from mssfoc import Refused
+from mssfoc import Refused, Silent
 from mssfoc.bus import BusDrive
 from mssfoc.can import CanLine
 from mssfoc.drive import Drive
@@ -13,7 +13,7 @@ from mssfoc.modbus import ModbusLine
 
 from rigs.firmware import ROOT
 from tools.client import register_list
-from tools.param_rows import param_rows
+from param_rows import param_rows
 
 COUNT = len(param_rows(ROOT))
 STATUS = "state: operation enabled\nspeed: 0 rpm\nmode: pp, position: 7\ncurrent: d 0.0 A, q 0.0 A\nbus: 24.0 V\n"
@@ -175,6 +175,7 @@ def can_line(bus):
     line._network = SimpleNamespace(disconnect=lambda: bus.asked.append("disconnected"))  # pylint: disable=protected-access
     line._errors = SimpleNamespace(SdoAbortedError=KeyError, SdoCommunicationError=IOError)  # pylint: disable=protected-access
     line._can_error, line._one_at_a_time = OSError, threading.RLock()  # pylint: disable=protected-access
+    line._late = threading.Event()  # pylint: disable=protected-access
     return line
 
 
@@ -191,6 +192,19 @@ def test_on_can_the_second_axis_is_0x800_further(sheet):
     second.close()
     drive.close()
     assert bus.asked[-1] == "disconnected" and bus.asked.count("disconnected") == 1
+
+
+def test_an_answer_that_came_too_late_is_not_the_next_ones(sheet):
+    """The first request gets none in time; its answer meets the second, which is asked again."""
+    bus = Bus({0x1000: 0xFFFF0192})
+    drive = BusDrive(can_line(bus), sheet)
+    upload, silent = bus.upload, [True, True, False, True]
+    bus.upload = lambda *where: (_ for _ in ()).throw(OSError("none")) if silent.pop(0) else upload(*where)
+    with pytest.raises(Silent, match="^velocity: none$"):
+        drive.read("velocity")
+    assert drive.read("velocity") and silent == [True]
+    with pytest.raises(Silent):
+        drive.read("velocity")
 
 
 class Aborted(Exception):

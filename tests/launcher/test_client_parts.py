@@ -14,7 +14,7 @@ from mssfoc.watch import NAME as TIMEOUT
 
 from rigs.firmware import ROOT
 from tools.client import register_list
-from tools.param_rows import param_rows
+from param_rows import param_rows
 
 COUNT = len(param_rows(ROOT))
 
@@ -157,6 +157,41 @@ def test_off_is_sent_whatever_fails_before(fails, heard):
     drive = Turning(*fails)
     with pytest.raises(ZeroDivisionError), drive:
         _ = 1 / 0
+    assert drive.heard == heard and drive.closed
+
+
+class Refusing(Turning):
+    """A drive that another line commands, or takes over."""
+
+    def __init__(self, commander, *fails):
+        super().__init__(*fails, state="switched on")
+        self.commander, self._started, self._watch = commander, False, Watch(0)
+        self._line_name = "here"
+
+    def _command(self, word, _=None):
+        self.heard.append(word)
+        if word in self.fails:
+            raise Refused("CAN commands the drive")
+
+    def fault(self):
+        return None
+
+    def _commander(self):
+        return self.commander
+
+
+def test_what_was_refused_is_not_ended_here():
+    drive = Refusing("CAN", "on")
+    with pytest.raises(Refused), drive:
+        drive.on()
+    assert drive.heard == ["on"] and drive.closed
+
+
+@pytest.mark.parametrize("commander, heard", [("CAN", ["take"]), ("here", ["take", "off"]), (None, ["take", "off"])])
+def test_what_another_line_has_taken_over_is_not_ended_here(commander, heard):
+    drive = Refusing(commander)
+    with drive:
+        drive.take()
     assert drive.heard == heard and drive.closed
 
 

@@ -335,7 +335,7 @@ def test_a_soft_coupling_has_the_time_that_it_needs():
 
 
 def test_how_a_source_lags_is_what_the_firmware_has():
-    observer, hall = ((REPO / f"firmware/control/{name}.c").read_text() for name in ("observer", "hall_speed"))
+    observer, hall = ((REPO / f"firmware/control/{name}.c").read_text() for name in ("observer", "hall"))
     of = {name: int(re.search(rf"#define {name}\s+(\d+)", observer)[1]) / 256
           for name in ("TRACK_LEAST_Q8", "TRACK_LARGEST_Q8", "TRACK_BY_MARGIN")}
     assert tuple(of.values()) == pytest.approx((*OBSERVER_POLES, 1 / OBSERVER_PART), rel=0.01)

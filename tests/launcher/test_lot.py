@@ -24,7 +24,7 @@ from launcher.params import Range, check_ranges
 from launcher.parts import is_part, parse
 from launcher.paths import INVERTERS
 from launcher.scenario import load_scenario
-from tools.param_rows import param_rows
+from param_rows import param_rows
 
 PERIOD_S = 50e-6
 SOME = range(1, 121)
@@ -110,10 +110,6 @@ def test_magnets_and_reluctance_meet_from_a_third_to_five_times_i_max():
               for m in machines(kind, 60)]
     for low, high in ((0.1, 0.5), (0.5, 1), (1, 2), (2, 5), (5, 13)):
         assert sum(low < share < high for share in shares) >= 4, (low, high)
-
-
-def kind_of(drive):
-    return drive.motor.name.split(": ")[1].split(",")[0]
 
 
 def electrical_tau_s(drive):

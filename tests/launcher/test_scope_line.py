@@ -5,6 +5,7 @@ import os
 import threading
 import tty
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import pytest
 
@@ -21,7 +22,8 @@ SHOWN_S = 1.0   # at the latest a page shows that a drive is silent
 PAGE_S = 0.05   # of it for the way to the page
 ANSWERS = {"": "", "machine on": "ok\r\n", "scope list": "i_q A 1/1: q current\r\n", "stream 1 921600": "ok\r\n",
            "scope": "signals: i_q, every 1\r\ncapture: off\r\n", "status": "state: operation enabled\r\nfault: none\r\n",
-           "machine off": "ok\r\n", "get a": "a = 1\r\n", "get b": "b = 2\r\n"}
+           "machine off": "ok\r\n", "speed 5": "ok\r\n", "quickstop": "ok\r\n", "off": "ok\r\n",
+           "get a": "a = 1\r\n", "get b": "b = 2\r\n"}
 
 UNKNOWN = "error: unknown\r\n"
 
@@ -94,6 +96,7 @@ def play(tmp_path, scene):
         held, messages = Session(Board(str(tmp_path / "port"))), []
         await held.open()
         held.join("page", messages.append)
+        await until(lambda: "status" in kinds(messages))
         try:
             await scene(played, held, messages)
         finally:
@@ -101,6 +104,11 @@ def play(tmp_path, scene):
             await held.close()
 
     asyncio.run(run())
+
+
+def at_the_board(scene):
+    """A test that plays it and nothing else."""
+    return lambda tmp_path: play(tmp_path, scene)
 
 
 def kinds(messages):
@@ -113,7 +121,6 @@ def answers(messages):
 
 def test_a_cable_that_is_pulled_and_comes_back(tmp_path, capsys):
     async def scene(drive, session, messages):
-        await until(lambda: "status" in kinds(messages))
         drive.pull()
         await until(lambda: "silent" in kinds(messages))
         why = next(message for message in messages if message["kind"] == "silent")["why"]
@@ -169,20 +176,17 @@ def test_a_button_counts_as_released_when_nobody_says_that_it_is_held(clock):
     asyncio.run(scene())
 
 
-def test_an_answer_that_comes_late_is_nobodys(tmp_path):
-    async def scene(drive, session, messages):
-        await until(lambda: "status" in kinds(messages))
-        drive.deaf.set()
-        await session.take("page", {"kind": "line", "line": "get a"})
-        assert "no answer for" in answers(messages)["get a"][0]
-        await until(lambda: "silent" in kinds(messages))
-        drive.deaf.clear()
-        await until(lambda: "awake" in kinds(messages))
-        for _ in range(5):
-            await session.take("page", {"kind": "line", "line": "get b"})
-            assert answers(messages)["get b"] == ["b = 2"]
-
-    play(tmp_path, scene)
+@at_the_board
+async def test_an_answer_that_comes_late_is_nobodys(drive, session, messages):
+    drive.deaf.set()
+    await session.take("page", {"kind": "line", "line": "get a"})
+    assert "no answer for" in answers(messages)["get a"][0]
+    await until(lambda: "silent" in kinds(messages))
+    drive.deaf.clear()
+    await until(lambda: "awake" in kinds(messages))
+    for _ in range(5):
+        await session.take("page", {"kind": "line", "line": "get b"})
+        assert answers(messages)["get b"] == ["b = 2"]
 
 
 @pytest.mark.parametrize("unasked", ("done: in position", "fault: stall; see 'fault', then 'clear'"))
@@ -218,27 +222,36 @@ def test_what_the_drive_says_by_itself_is_no_part_of_an_answer_however_the_line_
     asyncio.run(scene())
 
 
-def test_a_stop_is_sent_to_a_drive_that_does_not_answer(tmp_path):
-    async def scene(drive, session, messages):
-        await until(lambda: "status" in kinds(messages))
-        drive.deaf.set()
-        await until(lambda: "silent" in kinds(messages))
-        await session.take("page", {"kind": "stop"})
-        assert answers(messages)["quickstop"] == ["sent; the drive does not answer"]
-        drive.deaf.clear()
-        await until(lambda: "quickstop" in drive.heard)
-
-    play(tmp_path, scene)
+@at_the_board
+async def test_a_stop_is_sent_to_a_drive_that_does_not_answer(drive, session, messages):
+    drive.deaf.set()
+    await until(lambda: "silent" in kinds(messages))
+    await session.take("page", {"kind": "stop"})
+    assert answers(messages)["quickstop"] == ["sent; the drive does not answer"]
+    drive.deaf.clear()
+    await until(lambda: "quickstop" in drive.heard)
 
 
-def test_the_last_that_a_page_sent_before_it_was_closed_is_done(tmp_path):
-    async def scene(drive, session, messages):
-        await until(lambda: "status" in kinds(messages))
+@at_the_board
+async def test_what_is_another_lines_is_not_stopped_when_the_page_is_closed(drive, session, messages):
+    """What it refused was never begun here; what it has taken over since is no more."""
+    for asked in ({"kind": "line", "line": "on"}, {"kind": "jog", "rpm": 7}):
+        await session.take("page", asked)
         session.leave("page")
-        await session.take("page", {"kind": "stop"})
-        assert "quickstop" in drive.heard
+        await session._mind_pages()
+        assert "quickstop" not in drive.heard and "off" not in drive.heard
+    for commander, stopped in (("CAN", False), ("the console", True)):
+        await session.take("page", {"kind": "line", "line": "speed 5"})
+        with patch.dict(ANSWERS, status=f"state: switched on\r\nfault: none\r\ncommanded by: {commander}\r\n"):
+            await session._mind_pages()
+        assert ("quickstop" in drive.heard and "off" in drive.heard) == stopped
 
-    play(tmp_path, scene)
+
+@at_the_board
+async def test_the_last_that_a_page_sent_before_it_was_closed_is_done(drive, session, messages):
+    session.leave("page")
+    await session.take("page", {"kind": "stop"})
+    assert "quickstop" in drive.heard
 
 
 def test_the_end_waits_for_an_answer_that_is_due_and_takes_it_for_no_others(tmp_path, monkeypatch):
@@ -246,7 +259,6 @@ def test_the_end_waits_for_an_answer_that_is_due_and_takes_it_for_no_others(tmp_
     got = []
 
     async def scene(drive, session, messages):
-        await until(lambda: "status" in kinds(messages))
         ask = session.drive.ask
 
         async def recorded(line):

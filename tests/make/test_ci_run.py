@@ -35,8 +35,8 @@ def ci_run(tmp_path, there, here=f"echo '{HERE}'", formatter="exit 0", minutes="
 @pytest.mark.parametrize("there, minutes, status, said", [
     (RAN + "echo '9 passed in 2.00s'", "80", 0, "make run holds all limits; make test: whole: 9 passed in 2.00s"),
     (RAN + "echo 'time was up after 4 tests'; echo '4 passed in 2.00s'", "80", 0, "time was up after 4 tests: 4 passed"),
-    (RAN + "echo '1 failed, 8 passed in 2.00s'; exit 1", "80", 0, "then failed: 1 failed, 8 passed in 2.00s"),
-    (READY + "exit 2", "80", 0, "set up; then failed"),
+    (RAN + "echo '1 failed, 8 passed in 2.00s'; exit 1", "80", 1, "then failed: 1 failed, 8 passed in 2.00s"),
+    (READY + "exit 2", "80", 2, "set up; then failed"),
     (RAN + "exit 137", "80", 0, "make run holds all limits; then time was up"),
     ("echo 'mssfoc: setting up a system takes root' >&2; exit 1", "80", 0, "left out: mssfoc: setting up a system takes root"),
     ("exit 9", "0", 0, "left out: 0 s of 0 minutes are too few"),
@@ -59,7 +59,7 @@ def test_without_the_formatter_the_rest_runs_and_that_is_said(tmp_path):
 
 @pytest.mark.parametrize("workers, fails, status", [((), "", 0), (("-n", "1"), "", 0), (("-n", "1"), "assert 0", 1)])
 def test_a_session_ends_in_time_and_fails_for_failures_alone(workers, fails, status, tmp_path):
-    for name in ("tests/unit/register_pages.py", "tests/conftest.py", "tests/night.txt"):
+    for name in ("tests/unit/register_pages.py", "tests/conftest.py", "tests/night.txt", "tests/rigs/portions.py"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, tmp_path / name)
     (tmp_path / "tests/test_some.py").write_text(

@@ -12,15 +12,15 @@ from rigs.shell import BUILD, run
 
 NAMES = ["my drives (2)", "a[b]{c}", "it's \"so\"", "a&b;c|d", "a,b", "a:b=c@d", "$HOME #5 %d", "~-é ü",
          os.fsdecode(b"caf\xe9"), "back\\slash", "*?!`", "<x>", "a  b\tc"]
-# what make reads, and what a short run needs
-PARTS = ["Makefile", ".ci", "lib", "linker", "startup", "drivers", "firmware", "qemu", "tests/tools"]
-BUILT = ["choices", "commit.h", "libmssfoc.a", "arm", "eds", "fabric/contract3.h", "qemu/twin.so"]
+# the product, which needs nothing of tests/
+PARTS = ["Makefile", ".ci", "lib", "linker", "startup", "drivers", "firmware", "qemu"]
+BUILT = ["choices", "commit.h", "libmssfoc.a", "arm", "packed", "fabric/contract3.h", "qemu/twin.so"]
 SHORT = 'title = "short"\nend_s = 0.02\npreamble_s = 0.01\n[[figure]]\nname = "faults"\nkind = "all_faults"\nequal = "NONE"\n'
 
 
 def copied(folder, parts, built=()):
     """Files of the tree without a bit to execute them, all of one time, so that nothing is older than what it is made of."""
-    for part in [*parts, *(str(path) for path in Path("tests").glob("*/*.mk")), *(f"build/{name}" for name in built)]:
+    for part in [*parts, *(f"build/{name}" for name in built)]:
         source = BUILD / part.removeprefix("build/") if part.startswith("build/") else Path(part)
         for path in [source] if source.is_file() else [path for path in source.rglob("*") if path.is_file()]:
             to = folder / part / path.relative_to(source) if source.is_dir() else folder / part

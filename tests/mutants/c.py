@@ -41,7 +41,7 @@ class Parser:
     def parse(self, file, text):
         plant = file.startswith("qemu/")
         flags = [*STRICT, *(() if plant else ARM), "-isystem", headers_of(self.compilers[plant]), f"-I{self.root}",
-                 *(f"-I{self.build}/{place}" for place in ("eds/1", "fabric", "bringup"))]
+                 *(f"-I{self.build}/{place}" for place in ("packed/1", "fabric", "bringup"))]
         path = str(self.root / file)
         return self.index.parse(path, flags, [(path, text)], TranslationUnit.PARSE_DETAILED_PROCESSING_RECORD)
 

@@ -237,7 +237,7 @@ def same_assembly(project, mutant):
     for source in (text, mutant.applied(text)):
         done = subprocess.run(["cc" if plant else project.compiler, *target, "-std=gnu11", "-O2", "-w", "-S", "-x", "c",
                                f"-I{project.root}", f"-I{(project.root / mutant.file).parent}", "-", "-o", "-",
-                               *(f"-I{project.root}/build/{place}" for place in ("eds/1", "fabric", "bringup"))],
+                               *(f"-I{project.root}/build/{place}" for place in ("packed/1", "fabric", "bringup"))],
                               input=source, capture_output=True, text=True)
         made.append(done.stdout if done.returncode == 0 else source)
     return made[0] == made[1]

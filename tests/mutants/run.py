@@ -12,7 +12,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from mutants.choose import Sources  # noqa: E402  (the path must be set first)
+from mutants import by_hand  # noqa: E402  (the path must be set first)
+from mutants.choose import Sources  # noqa: E402
 from mutants.engine import Engine  # noqa: E402
 from mutants.ladder import load_rungs  # noqa: E402
 from mutants.report import complaints, lines, load_survivors, write_json, write_page  # noqa: E402
@@ -37,6 +38,7 @@ def options(argv):
     for name, kind, usual, what in (
             ("count", int, 400, "how many mutants"), ("seed", str, "1", "of the choice: the same seed, the same mutants"),
             ("files", str, "*", "globs of the files that get mistakes, e.g. 'firmware/axis/*'"),
+            ("by", str, "", "a file with mistakes of one's own, docs/mutants.md, in place of drawn ones"),
             ("rungs", str, "", "names of the only rungs to ask, e.g. 'unit target'"),
             ("part", str, "1/1", "which of how many parts to judge now, e.g. 2/4; the table has all so far"),
             ("jobs", int, len(os.sched_getaffinity(0)), "workers"),
@@ -47,6 +49,8 @@ def options(argv):
     part = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", chosen.part)
     if chosen.count < 1 or chosen.jobs < 1 or chosen.budget < 0 or not part or int(part[1]) > int(part[2]):
         parser.error("N and JOBS must be at least 1, BUDGET at least 0, PART like 2/4")
+    if chosen.by and chosen.remember:
+        parser.error("docs/mutants.md has drawn mistakes, not those of BY: leave out REMEMBER")
     chosen.part = int(part[1]) - 1, int(part[2])
     return chosen
 
@@ -74,10 +78,11 @@ def play(chosen):
         raise Trouble(f"RUNGS='{chosen.rungs}' names no rung of tests/mutants/ladder.toml")
     made = project(ROOT)
     sources = Sources(ROOT, build=build, arm=made.compiler, host=os.environ.get("HOSTCC") or "cc")
-    drawn = sources.draw(chosen.count, chosen.seed, lambda name: any(fnmatch.fnmatch(name, g) for g in chosen.files.split()))
+    drawn = by_hand.load(chosen.by, sources) if chosen.by else sources.draw(
+        chosen.count, chosen.seed, lambda name: any(fnmatch.fnmatch(name, g) for g in chosen.files.split()))
     if not drawn:
         raise Trouble(f"FILES='{chosen.files}' names no file with anything to break")
-    known, store = load_survivors(HERE / "survivors.toml"), Store(folder, ROOT, drawn)
+    known, store = {} if chosen.by else load_survivors(HERE / "survivors.toml"), Store(folder, ROOT, drawn)
     engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.jobs, chosen.budget)
     judged = engine.run([one for n, one in enumerate(drawn) if n % chosen.part[1] == chosen.part[0] or
                          store.verdict(one, [rung.name for rung in rungs])])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mutants import assembly, ladder, python, reach
+from mutants import assembly, by_hand, ladder, python, reach
 from mutants.c import Parser
 from mutants.choose import Sources, sequence, shares, with_all
 from mutants.engine import Engine
@@ -398,3 +398,24 @@ def test_a_test_executes_what_the_twin_saw():
     number = sum(1 << reach._place(address) for address in (0x106, 0x20000102)).to_bytes(1 << 17, "little")
     assert Known(("low", 0x100, 8), ("next", 0x108, 6), ("high", 0x20000100, 4)).executed(number) == {"low", "high"}
     assert Known(("other", 0x104, 4)).executed(number) == {"other"}
+
+
+@pytest.mark.parametrize("row, said", [
+    ({"old": "x->mode = MODE_NONE;", "new": "x->mode = MODE_FAST;"}, ""), ({"old": "sum < -7", "new": "sum < 7"}, ""),
+    ({"old": "sum += i;", "new": "sum += i"}, "does not compile"),
+    ({"old": "const int count = x->count;", "new": "g();"}, "does not compile"),
+    ({"old": "sum", "new": "0"}, "stands there 15 times"), ({"old": "sum < -7"}, "no new"), ({"file": "a.c"}, "no file that"),
+])
+def test_a_person_s_own_stand_in_the_build_or_it_is_said_why_not(row, said, tmp_path):
+    (tmp_path / "firmware").mkdir()
+    (tmp_path / "firmware/some.c").write_text(SAMPLE)
+    row = {"file": "firmware/some.c", **row} if "old" in row else {"old": "sum", "new": "0", **row}
+    lines = (f"{key} = {json.dumps(value)}" for key, value in row.items())
+    (tmp_path / "own.toml").write_text("\n".join(["[[mistake]]", *lines]))
+    sources = Sources(tmp_path, ("firmware",))
+    if said:
+        with pytest.raises(ValueError, match=said):
+            by_hand.load(tmp_path / "own.toml", sources)
+    else:
+        mutant, = by_hand.load(tmp_path / "own.toml", sources)
+        assert with_all(SAMPLE, [(7, mutant)]).count(row["new"]) == 1 == with_all(SAMPLE, [(7, mutant)]).count(row["old"])

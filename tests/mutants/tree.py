@@ -16,7 +16,7 @@ from mutants.choose import with_all
 HERE = Path(__file__).resolve().parent
 FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE", "MUTANTS_NOW",
            "MUTANTS_MET")
-BUILT = tuple(f"{name}/" for name in ("arm", "bringup", "eds", "fabric", "host", "qemu", "tests/target", "tests/unit"))
+BUILT = tuple(f"{name}/" for name in ("arm", "bringup", "fabric", "host", "packed", "qemu", "tests/target", "tests/unit"))
 # No warning gives a mutant away. Programs of this machine are compiled with the selector; the controller's, from the same
 # sources, never have a mutant that is chosen at run time.
 SELECTING, ALONE = """\

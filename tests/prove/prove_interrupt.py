@@ -9,7 +9,8 @@ import time
 from math import sqrt
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tools"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path += [str(ROOT / "tests/tools"), str(ROOT / "linker/bounds")]
 
 from admitted import Admitted  # noqa: E402
 from comparison import Comparison, differences  # noqa: E402

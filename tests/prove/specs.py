@@ -124,7 +124,6 @@ def invpark_q15(o, v):
 
 # ---- control ------------------------------------------------------------------------------------------------------------
 PI_KP, PI_KI, PI_ERROR, PI_LIMIT, PI_INTEGRAL = 16384, 21845, 98303, 32766, 2**29
-ADVANCE_TURN, ADVANCE_XY = 19660, 65535
 
 
 def within_product(o, x, y, largest):

@@ -7,7 +7,6 @@ import subprocess
 from pathlib import Path
 
 RATES_HZ = (8000, 10000, 16000, 20000, 40000)
-SAMPLE_HZ = (10000, 20000)  # with which `make test` is content
 OWN_HZ = 20000  # of firmware/settings/rates.h: the ordinary build is this one
 
 

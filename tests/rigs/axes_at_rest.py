@@ -3,8 +3,8 @@
 import ctypes
 
 from rigs.drive import at_rest
-from tools.modbus_page import objects
-from tools.param_rows import param_rows
+from object_rows import objects
+from param_rows import param_rows
 
 SLOTS_BYTES = 2 * 4096  # of one axis; a further one's stand in front of the first's
 # {name: (register, index in CANopen or 0, bytes, writable)}
@@ -13,8 +13,7 @@ PARAMS = param_rows()
 # of the line itself: the first axis' count
 OF_THE_LINE = [name for name in PARAMS if name.startswith(("can_", "modbus_"))]
 # alike in every drive of one firmware
-ALIKE = {"device_type", "vendor", "product", "revision", "serial", "drive_modes", "map_version", "parameter_count", "store",
-         "restore"}
+ALIKE = {"device_type", "vendor", "product", "revision", "serial", "map_version", "parameter_count", "store", "restore"}
 
 
 class AxesAtRest:
@@ -72,6 +71,7 @@ def fill(c, axis, drive, seed):
     axis.reports.warned[0], axis.reports.warned[1], axis.time_ms = seed, 2 * seed, 9000 * seed
     axis.mode = (c.AXIS_MODE_POSITION, c.AXIS_MODE_CYCLIC_POSITION)[seed % 2]
     axis.tuning.angle_source, axis.state = seed % 2, (c.AXIS_FAULT, c.AXIS_OPERATION_ENABLED)[seed % 2]
+    axis.owner.who = seed
     axis.faults.cause, axis.faults.count = (c.FAULT_OVERVOLTAGE, c.FAULT_ENCODER_DEAD)[seed % 2], seed
     for at in range(2):
         axis.faults.detail[at] = 11 * seed + at

@@ -3,16 +3,23 @@
 import ctypes
 import struct
 
+import pytest
+
 from rigs.axes_at_rest import AxesAtRest
 
 NODE = 5
 SDO_IN, SDO_OUT, EMERGENCY, HEARTBEAT = 0x600 + NODE, 0x580 + NODE, 0x80 + NODE, 0x700 + NODE
 START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 130
+OFF = 0x80000000  # of a PDO's identifier
 SIZES = {1: "<B", 2: "<H", 4: "<I"}
 
 
 class Abort(Exception):
     """The server's reason."""
+
+
+def aborted(code):
+    return pytest.raises(Abort, match=f"^{code}$")
 
 
 class Node(AxesAtRest):
@@ -24,7 +31,7 @@ class Node(AxesAtRest):
             axis.loop.vbus_q15 = axis.tuning.v_min_q15 + 100
         self.axis.params.can_node, self.axis.params.can_heartbeat_ms = node, heartbeat_ms
         self.can, self.canopen = c.structs["can"](), c.structs["canopen"]()
-        for name in ("saids", "taken", "heards", "opened", "closed", "state"):
+        for name in ("saids", "taken", "heards", "opened", "closed", "state", "cut"):
             getattr(c, f"host_can_{name}").value = 0
         c.canopen_start(self.canopen, self.can, self.axes, self.slots)
 
@@ -66,6 +73,17 @@ class Node(AxesAtRest):
     def nmt(self, command, node=NODE):
         return self.say((0, bytes([command, node])))
 
+    def enabled(self):
+        """Operational, and the drive enabled by control words."""
+        self.nmt(START)
+        for word in (6, 7, 15):
+            self.say((0x200 + NODE, struct.pack("<H", word)))
+        self.axis.request, self.axis.state = 0, self.c.AXIS_OPERATION_ENABLED
+        self.poll()
+        self.sent()
+        assert self.axis.owner.who == self.c.OWNER_CAN
+        return self
+
     def request(self, data):
         """The SDO server's answer: one frame."""
         answers = [answer for identifier, answer in self.say((SDO_IN, data)) if identifier == SDO_OUT]
@@ -96,6 +114,16 @@ class Node(AxesAtRest):
 
     def value(self, index, sub=0):
         return int.from_bytes(self.read(index, sub), "little")
+
+    def remap(self, index, *entries):
+        """A PDO by the index of its communication, under the identifier that it has."""
+        identifier = self.value(index, 1)
+        self.write(index, 1, identifier | OFF, 4)
+        self.write(index + 0x200, 0, 0, 1)
+        for sub, entry in enumerate(entries, 1):
+            self.write(index + 0x200, sub, entry, 4)
+        self.write(index + 0x200, 0, len(entries), 1)
+        self.write(index, 1, identifier & ~OFF, 4)
 
     def param(self, name):
         """The index of a parameter."""

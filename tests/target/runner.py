@@ -31,16 +31,16 @@ def _end(process):
         process.wait()
 
 
-def run_image(elf, out_dir, config_lines=(), wall_s=120, chip="", wired=""):
+def run_image(elf, out_dir, config_lines=(), wall_s=120, chip=""):
     """The console's text up to the closing line (or the time limit), with QEMU's own messages behind it.
 
     config_lines   more lines for the twin's configuration
-    chip, wired    the device, and how its design has wired the fabric (launcher.simulate)
+    chip           the device (launcher.simulate)
     """
     qemu, out_dir = Qemu(), Path(out_dir).resolve()
     config, console = out_dir / "twin.cfg", out_dir / "console.txt"
     plan = load_scenario({"end_s": 600.0}, drive := load_drive("teknic_m2310p"))
-    text = twin_config(drive, plan, 1, [], {"progress": out_dir / "progress", **chip_items(chip, wired)})
+    text = twin_config(drive, plan, 1, [], {"progress": out_dir / "progress", **chip_items(chip, "")})
     config.write_text(text + "".join(line + "\n" for line in config_lines))
     arguments = command(qemu, _Image(elf), config, f"file,id=console,path={escape(console)}")
     with open(out_dir / "qemu.log", "wb") as log:

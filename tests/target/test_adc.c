@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The driver of the ADC against docs/fabric.md: ends of conversions, offsets, two samples a period, modulators. */
+/*
+ * The driver of the ADC against docs/fabric.md: ends of conversions, offsets, two samples a period, modulators; and what of the
+ * encoder's needs a fabric. The rest of that: tests/unit/test_drivers.py.
+ */
 #include "drivers/cortex/nvic.h"
 #include "startup/startup.h"
 #include "tests/target/fabric_bench.h"
@@ -190,11 +193,27 @@ static void test_adc(void)
     harness_true("adc: nor in the NVIC", !nvic_is_pending(BOARD_IRQ_ADC));
 }
 
+static void test_encoder(void)
+{
+    struct encoder_regs *const other =
+        (struct encoder_regs *)(void *)&FABRIC0->gate; /* latches where COUNTS should be */
+    harness_true("encoder: refuses what does not read back", !encoder_init(other, 4000u, false));
+    harness_true("encoder: takes 4000 counts", encoder_init(&FABRIC0->encoder, 4000u, false));
+    adc_start(&FABRIC0->adc);
+    wait_counts(2u * PERIOD_COUNTS);
+    harness_equal("encoder: latched with the rotor at rest", encoder_latched(&FABRIC0->encoder),
+                  encoder_position(&FABRIC0->encoder));
+    adc_stop(&FABRIC0->adc);
+    encoder_clear(&FABRIC0->encoder, ENCODER_STATUS_INDEX_SEEN | ENCODER_STATUS_ILLEGAL);
+    harness_equal("encoder: no signal lost, the rest is cleared", encoder_status(&FABRIC0->encoder), 0u);
+}
+
 int main(void)
 {
     if (fabric_bench_begin()) {
         test_reading_ends();
         test_adc();
+        test_encoder();
     }
     harness_end();
 }

@@ -13,12 +13,4 @@ static inline void waiting_begin(void)
     mss_timer2_start_free_running();
 }
 
-static inline void wait_us(uint32_t us)
-{
-    const uint32_t start = mss_timer2_now();
-    while (mss_timer2_now() - start < us * US_TICKS) {
-        /* time passes */
-    }
-}
-
 #endif

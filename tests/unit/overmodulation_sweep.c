@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/control/stage_overmodulate.h"
+#include "firmware/control/current_loop_step.h"
 #include "lib/trig.h"
 
 #define ANGLES 3600

@@ -8,6 +8,8 @@ import pytest
 from rigs.drive import INDEX_SEEN, World
 from rigs.starting import ALIGN, CALIBRATE, CALIBRATION_MS, CATCH, CONFIRM, FOLLOW, WIRING, show_wiring
 
+ILLEGAL, SIGNAL_LOST = 2, 4
+
 
 @pytest.fixture(params=(1, 2), ids=("first", "second"))
 def starting(c, request):
@@ -54,6 +56,28 @@ def test_what_a_fault_leaves_of_a_remembered_offset(c, starting, fault, forgets)
     c.start_doubt(found.axis, getattr(c, f"FAULT_{fault}"))
     assert found.axis.start.index_known == (fault != "OFFSET"), "what this start has found is not doubted"
     assert found.axis.start.aligned == (fault not in ("OFFSET", "ENCODER_SLIP"))
+
+
+@pytest.mark.parametrize("lost", (ILLEGAL, SIGNAL_LOST))
+def test_signals_lost_while_it_was_off_are_no_fault_but_it_is_aligned_anew(c, lost):
+    w = World(c)
+    w.axis.start.index_known, w.fabric.encoder.STATUS = True, lost | INDEX_SEEN
+    w.switch_on(aligned=True).step(CALIBRATION_MS)
+    assert w.fault == "NONE" and w.axis.start.phase == WIRING and not w.axis.start.aligned
+    assert w.fabric.encoder.STATUS & (ILLEGAL | SIGNAL_LOST | INDEX_SEEN) == 0
+
+
+@pytest.mark.parametrize("before", ("HALL", "OBSERVER", "INJECTION", "FORCED"))
+@pytest.mark.parametrize("aligned", (False, True))
+def test_counts_begin_where_the_encoder_stands_whoever_led_before(c, starting, aligned, before):
+    w = starting(aligned)
+    loop, w.fabric.encoder.LATCHED = w.axis.loop, 1000
+    w.axis.start.latched = 1000
+    loop.source, loop.pll.angle_q32, loop.pll.speed_q32 = getattr(c, f"LOOP_{before}"), 0x12345678, 1 << 24
+    w.step(CALIBRATION_MS)
+    assert loop.source == (c.LOOP_ENCODER if aligned else c.LOOP_FORCED)
+    anew = (1000 * loop.encoder_scale_q32 & 0xFFFFFFFF, 0)
+    assert (loop.pll.angle_q32, loop.pll.speed_q32) == (anew if before != "FORCED" else (0x12345678, 1 << 24))
 
 
 def test_an_unaligned_one_prescribes_the_field_and_looks_at_its_wiring(c, starting):

@@ -6,11 +6,10 @@ import struct
 import pytest
 
 from rigs.axes_at_rest import SLOTS_BYTES
-from rigs.can_node import HEARTBEAT, NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP, Node
+from rigs.can_node import HEARTBEAT, NODE, RESET_COMMUNICATION, RESET_NODE, START, Node
 
 COMMAND, ANSWER, NONE = 0x7E5, 0x7E4, 255
 WAITING, CONFIGURATION = 0, 1
-STOPPED = 4  # of NMT
 NODE_ID, BIT_TIMING, ACTIVATE, STORE, ASK_NODE = 0x11, 0x13, 0x15, 0x17, 0x5E
 RATES = {0: 1000, 1: 800, 2: 500, 3: 250, 4: 125, 6: 50, 7: 20}
 PRODUCT, VERSION = 0x6D666F63, 0x00000100
@@ -250,22 +249,16 @@ def test_without_a_number_again_by_a_reset(c):
     assert node.scan(0, 128)
 
 
-def test_a_parameter_that_is_set_takes_its_place(node):
+def test_the_initial_parameters_leave_it_where_it_is_and_a_parameter_that_is_set_takes_its_place(node):
     node.to(CONFIGURATION)
     node.configure(NODE_ID, 9)
     node.nmt(RESET_COMMUNICATION)
     assert node.wait(3) == [] and node.answers_as(9)
-    node.axis.params.can_node = 17
-    assert node.wait(1) == [(1, 0x711, b"\0")] and node.answers_as(17)
-
-
-def test_the_initial_parameters_leave_it_where_it_is(node):
-    node.to(CONFIGURATION)
-    node.configure(NODE_ID, 9)
-    node.nmt(RESET_COMMUNICATION)
     ask = struct.pack("<BHBI", 0x23, 0x1011, 1, 0x64616F6C)
     assert [identifier for identifier, _ in node.say((0x609, ask))] == [0x589]
     assert node.wait(3) == [] and node.answers_as(9) and node.axis.params.can_node == NODE
+    node.axis.params.can_node = 17
+    assert node.wait(1) == [(1, 0x711, b"\0")] and node.answers_as(17)
 
 
 # ---- the rate ----
@@ -314,28 +307,18 @@ def test_that_it_is_back_from_bus_off_is_told_behind_it(node):
     node.lss(ACTIVATE, 20, pack="<BH")
     node.wait(5)
     bus.value = 0
-    assert [(identifier, data[:2]) for _, identifier, data in node.wait(60)] == [(0x80 + NODE, b"\x40\x81")]
+    assert [(identifier, data[:2]) for _, identifier, data in node.wait(60)] == [
+        (0x80 + NODE, b"\x40\x81"), (0x80 + NODE, b"\0\0")]
     assert node.value(0x1003) == 1
-
-
-def operates(node):
-    node.axis.request, node.axis.state = 0, node.c.AXIS_OPERATION_ENABLED
-    node.poll()
-    node.sent()
-
-
-def enabled(node):
-    node.nmt(START)
-    for word in (6, 7, 15):
-        node.say((0x200 + NODE, struct.pack("<H", word)))
-    operates(node)
 
 
 def enabled_by_sdo(node):
     """In pre-operational, which NMT then need not leave."""
     for word in (6, 7, 15):
         node.write(0x6040, 0, word, 2)
-    operates(node)
+    node.axis.request, node.axis.state = 0, node.c.AXIS_OPERATION_ENABLED
+    node.poll()
+    node.sent()
 
 
 def test_a_master_that_makes_the_bus_leave_is_lost(node):
@@ -345,15 +328,14 @@ def test_a_master_that_makes_the_bus_leave_is_lost(node):
     node.wait(1)
     assert node.axis.master_lost == 0
     node.wait(60)
-    enabled(node)
+    node.enabled()
     node.to(CONFIGURATION)
     node.lss(ACTIVATE, 20, pack="<BH")
     node.wait(1)
     assert node.axis.master_lost == node.c.CANOPEN_LOST_BUS
 
 
-@pytest.mark.parametrize("command", (RESET_COMMUNICATION, RESET_NODE))
-def test_one_whose_number_is_taken_has_lost_its_master(node, command):
+def test_one_whose_number_is_taken_has_lost_its_master(node):
     """Nobody on the bus could stop it any more, and what watched the master's heartbeat is reset."""
     node.write(0x1016, 1, 0x7F << 16 | 30, 4)
     node.say((0x77F, b"\5"))
@@ -361,7 +343,7 @@ def test_one_whose_number_is_taken_has_lost_its_master(node, command):
     node.to(CONFIGURATION)
     node.configure(NODE_ID, NONE)
     assert node.axis.master_lost == 0
-    node.nmt(command)
+    node.nmt(RESET_COMMUNICATION)
     assert node.canopen.node == NONE and node.axis.master_lost == node.c.CANOPEN_LOST_NMT
     node.wait(50)
     assert node.axis.master_lost == node.c.CANOPEN_LOST_NMT
@@ -373,7 +355,7 @@ def test_it_is_the_same_if_the_parameter_takes_it_but_not_at_rest(node, new):
     node.wait(1)
     assert node.axis.master_lost == node.c.CANOPEN_LOST_NMT
     new.wait(3)
-    assert new.axis.master_lost == 0 and not any(new.canopen.lost_nmt)
+    assert new.axis.master_lost == 0 and not any(new.canopen.lost)
 
 
 def test_its_heartbeat_is_not_missed_meanwhile(node):
@@ -382,7 +364,7 @@ def test_its_heartbeat_is_not_missed_meanwhile(node):
     node.to(CONFIGURATION)
     node.lss(ACTIVATE, 100, pack="<BH")
     node.wait(202)
-    assert not node.canopen.lost_heartbeat and node.wait(20) == []
+    assert not node.canopen.trouble and node.wait(20) == []
     assert [identifier for _, identifier, _ in node.wait(20)] == [0x80 + NODE], "from then on it is"
 
 
@@ -420,7 +402,7 @@ def test_what_has_not_been_set_is_stored_as_it_was_and_none_too(node, number, kb
 @pytest.mark.parametrize("on", (True, False))
 def test_what_a_save_refuses_is_named_and_changes_nothing(node, on):
     if on:
-        enabled(node)
+        node.enabled()
     node.to(CONFIGURATION)
     node.configure(NODE_ID, 9)
     node.axis.params.i_max_ma = node.axis.params.i_max_ma if on else 14999

@@ -77,19 +77,13 @@ def test_shutdown_during_a_stop_for_a_fault_is_forgotten_with_the_fault(plc, c):
     assert plc.state == DISABLED
 
 
-def test_a_reset_is_an_edge(plc, c, monkeypatch):
+def test_a_reset_is_an_edge_and_clears(plc, c):
     plc.control(RESET)
     plc.axis.faults.cause, plc.axis.state = c.FAULT_STALL, c.AXIS_FAULT
     cleared = lambda: plc.axis.request == c.AXIS_REQUEST_CLEAR or plc.refusal != "NONE"  # noqa: E731
     plc.control(RESET)
     assert not cleared(), "it was set already"
     plc.control(0)
-    plc.control(RESET)
-    assert cleared()
-
-
-def test_a_reset_clears(plc, c):
-    plc.axis.faults.cause, plc.axis.state = c.FAULT_STALL, c.AXIS_FAULT
     plc.fabric.gate.STATUS = plc.fabric.encoder.STATUS = 0
     plc.control(RESET)
     assert plc.refusal == "NONE" and plc.axis.request == c.AXIS_REQUEST_CLEAR
@@ -195,6 +189,8 @@ def test_what_the_console_does_is_seen(plc, c):
     plc.wait(2)
     assert plc.axis.speed.target_rpm_q16 == 0, "who has not enabled it does not move it"
     plc.control(SHUTDOWN)
+    assert plc.state == OPERATION and plc.axis.request == c.AXIS_REQUEST_NONE, "nor stops it by what only prepares"
+    plc.control(NO_VOLTAGE)
     assert plc.taken("AXIS_SWITCH_ON_DISABLED") == "OFF"
     plc.enabled()
     plc.taken("AXIS_SWITCH_ON_DISABLED")

@@ -4,8 +4,6 @@ import re
 
 import pytest
 
-from rigs.console import Operator
-
 # A parameter of each ending that has a unit, and of none.
 UNITS = {"ramp_rpm_s": "rpm/s", "learn_rpm": "rpm", "cyclic_ms": "ms", "winding_tau_s": "s", "i_max_ma": "mA", "v_min_mv": "mV",
          "resistance_mohm": "mohm", "ld_uh": "uH", "flux_uwb": "uWb", "bus_capacitance_uf": "uF", "speed_bw_hz": "Hz",
@@ -14,11 +12,9 @@ UNITS = {"ramp_rpm_s": "rpm/s", "learn_rpm": "rpm", "cyclic_ms": "ms", "winding_
          "pole_pairs": "", "pwm_update": ""}
 
 
-@pytest.fixture
-def operator(c):
-    operator = Operator(c)
-    c.params_init(operator.axis.params)
-    return operator
+@pytest.fixture(autouse=True)
+def initial(operator):
+    operator.c.params_init(operator.axis.params)
 
 
 def row(operator, name):

@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Carrying on without the encoder: when, by which angle, and what else it comes to."""
-import cmath
-import math
-
 import pytest
 
-from rigs.carrying import ADC_CURRENT, CAUSES, ENCODER_BIT, Carrying, frame_deg, observer_leads
+from rigs.carrying import ADC_CURRENT, CAUSES, ENCODER_BIT, Carrying, observer_leads
 from rigs.motor import CLOCKS, slip
 
 FALL_BACK = {"ENCODER_COUNTS": "QUICK_STOP"}  # of the others the class knows none but off
@@ -198,14 +195,6 @@ def test_off_in_operation_does_not_open_the_gates_once_more(motor):
         assert m.fabric.gate.CONTROL == 0 and m.state == "SWITCH_ON_DISABLED"
 
 
-def test_a_second_trip_is_an_over_current(motor):
-    m = motor()
-    m.report("ENCODER_SLIP")
-    m.slow_step()
-    m.sample_fault(adc=ADC_CURRENT)
-    assert m.fault == "OVERCURRENT" and m.fabric.gate.CONTROL == 0
-
-
 def test_a_trip_in_the_millisecond_of_the_take_over_is_carried_on_from_with_the_gates_off(motor):
     m = motor()
     m.report("ENCODER_SLIP")
@@ -279,27 +268,3 @@ def test_on_begins_with_the_encoder_and_an_alignment(motor):
     m.slow_step()
     assert m.axis.tuning.angle_source == m.c.PARAM_ANGLE_ENCODER and not m.axis.start.aligned
     assert m.axis.failover.cause == m.c.FAULT_NONE and not m.warned("ENCODER_DEAD")
-
-
-# ---- the frame ----
-
-
-@pytest.mark.parametrize("turn_deg", (0, 50, -120, 180))
-def test_what_the_motor_gets_is_the_same_in_the_new_frame(motor, turn_deg):
-    loop, c = motor().axis.loop, motor().c
-    loop.angle_offset_q32, loop.integral_d_q9, loop.integral_q_q9 = 1 << 29, -300_000, 2_000_000
-    loop.i_d_ref_q15, loop.i_q_ref_q15, loop.i_d_q15, loop.i_q_q15 = -1000, 5000, -900, 4800
-    loop.v_d_steps, loop.v_q_steps = -500, 4000
-
-    def in_stator():
-        turned = cmath.exp(1j * math.radians(frame_deg(c, loop)))
-        return [turned * complex(*pair) for pair in (
-            (loop.integral_d_q9, loop.integral_q_q9), (loop.i_d_ref_q15, loop.i_q_ref_q15), (loop.i_d_q15, loop.i_q_q15),
-            (loop.v_d_steps, loop.v_q_steps))]
-
-    before, angle = in_stator(), frame_deg(c, loop)
-    c.current_loop_coast(loop, round(turn_deg / 360 * 2**32) % 2**32, 1234567)
-    assert (frame_deg(c, loop) - angle) % 360 == pytest.approx(turn_deg % 360, abs=0.01)
-    for was, now in zip(before, in_stator()):
-        assert abs(now - was) <= 0.001 * abs(was) + 2
-    assert loop.field_speed_q32 == loop.pll.speed_q32 == 1234567 and loop.source == c.LOOP_OBSERVER

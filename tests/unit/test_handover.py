@@ -235,26 +235,19 @@ def test_without_a_slow_loop_it_gives_up(motor):
     assert 10_000 < polls < 1_000_000 and m.axis.handover.outcome.error == m.c.ERROR_BUSY and m.leads == ENCODER
 
 
-def test_a_fault_between_the_request_and_the_slow_loop_leaves_the_source(motor):
+@pytest.mark.parametrize("happens, error", (
+    (lambda m: m.c.fault_raise(m.axis, m.c.FAULT_OVERVOLTAGE), "NOT_OPERATING"),
+    (lambda m: setattr(m.axis.loop.pll, "speed_q32", 1000), "SOURCE_MARGIN")), ids=("fault", "margin"))
+def test_what_comes_between_the_request_and_the_slow_loop_leaves_the_source(motor, happens, error):
     m = motor(ENCODER)
     assert m.c.drive_change_source(m.axis, OBSERVER).error == 0
     while not m.axis.request:
         m.pass_ms()
         assert m.c.drive_prepare(m.axis)
-    m.c.fault_raise(m.axis, m.c.FAULT_OVERVOLTAGE)
+    happens(m)
     m.slow_step()
-    assert not m.c.drive_prepare(m.axis) and m.axis.handover.outcome.error == m.c.ERROR_NOT_OPERATING and m.leads == ENCODER
-
-
-def test_the_slow_loop_looks_at_the_margin_once_more(motor):
-    m = motor(ENCODER)
-    assert m.c.drive_change_source(m.axis, OBSERVER).error == 0
-    while not m.axis.request:
-        m.pass_ms()
-        m.c.drive_prepare(m.axis)
-    m.axis.loop.pll.speed_q32 = 1000
-    m.slow_step()
-    assert m.axis.handover.outcome.error == m.c.ERROR_SOURCE_MARGIN and not m.axis.handover.under_way and m.leads == ENCODER
+    assert not m.c.drive_prepare(m.axis) and not m.axis.handover.under_way and m.leads == ENCODER
+    assert m.c.name("error", m.axis.handover.outcome.error) == error
 
 
 # ---- the encoder's place ----
@@ -328,8 +321,11 @@ def test_the_position_is_no_longer_homed_behind_others_that_do_not_count(motor):
 # ---- without a bump ----
 
 
-@pytest.mark.parametrize("source, target", PAIRS)
-def test_what_the_motor_gets_is_the_same_in_the_new_frame_of_each(c, source, target):
+@pytest.mark.parametrize("source, target, coasts_deg", (
+    *((*pair, None) for pair in PAIRS),
+    *((source, OBSERVER, turn) for source in (ENCODER, HALL) for turn in (0, 50, -120, 180))))
+def test_what_the_motor_gets_is_the_same_in_the_new_frame_of_each(c, source, target, coasts_deg):
+    """Handed over, or left to turn by itself from so much further on."""
     loop = c.current_loop()
     c.current_loop_init(loop)
     loops = (c.LOOP_ENCODER, c.LOOP_OBSERVER, c.LOOP_HALL)
@@ -346,12 +342,18 @@ def test_what_the_motor_gets_is_the_same_in_the_new_frame_of_each(c, source, tar
             ("v_d_steps", "v_q_steps"), ("feedforward_d_steps", "feedforward_q_steps"))]
 
     before, rotor = in_stator(), c.pll(angle_q32=987654321, speed_q32=1234567)
-    offset = 1 << 30 if target == ENCODER else 0
-    c.current_loop_hand_over(loop, loops[target], rotor, offset)
-    assert frame_deg(c, loop) == pytest.approx((987654321 + offset) * 360 / TURN % 360, abs=1e-6)
+    offset, angle_deg = 1 << 30 if target == ENCODER else 0, frame_deg(c, loop)
+    if coasts_deg is None:
+        c.current_loop_hand_over(loop, loops[target], rotor, offset)
+        assert frame_deg(c, loop) == pytest.approx((987654321 + offset) * 360 / TURN % 360, abs=1e-6)
+    else:
+        c.current_loop_coast(loop, round(coasts_deg / 360 * TURN) % TURN, 1234567)
+        assert (frame_deg(c, loop) - angle_deg - coasts_deg + 180) % 360 == pytest.approx(180, abs=0.01)
+        assert loop.field_speed_q32 == 1234567
     for was, now in zip(before, in_stator()):
         assert abs(now - was) <= 0.001 * abs(was) + 2
-    assert loop.source == loops[target] and loop.angle_offset_q32 == offset and loop.pll.speed_q32 == 1234567
+    assert loop.source == loops[target] and loop.pll.speed_q32 == 1234567 and (
+        loop.angle_offset_q32 == offset or coasts_deg is not None)
 
 
 @pytest.mark.parametrize("source, target, sign", ((ENCODER, HALL, 1), (HALL, ENCODER, -1), (HALL, OBSERVER, 0)))

@@ -9,7 +9,6 @@ from rigs.drive import World
 from rigs.motor_numbers import compute, shipped
 
 THOR, QUICK = "thor_pmsyrm", 786  # the tracking loop's gain at 60 Hz and 20 kHz: 2 a Ts / 2 pi, times 2^17
-RATED_Q15 = 14418                 # THOR's 22 A of 50
 
 
 @pytest.fixture

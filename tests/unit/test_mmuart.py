@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The UART's interrupt on registers that stand still, so that a call receives sixteen times: characters that are damaged, lost
-or too many, and who asks whom to wait. The line itself: tests/target/test_mmuart.c."""
+or too many, and who asks whom to wait. The rates."""
 import ctypes
 
 import pytest
 
 from rigs.device import Device
 
-DR, PE, FE, BI, THRE = (1 << n for n in (0, 2, 3, 4, 5))  # of LSR
+DR, OE, PE, FE, BI, THRE, TEMT = (1 << n for n in range(7))  # of LSR
 RECEIVES, SENDS, ERRORS = 1, 2, 4                         # of IER
 FIFO, ROOM, HIGH, LOW, XON, XOFF = 16, 512, 128, 32, 0x11, 0x13
 
@@ -95,3 +95,42 @@ def test_asked_to_wait_it_sends_nothing_until_it_may(uart):
     plain = uart()
     plain.interrupt(DR, XOFF)
     assert len(plain.taken()) == FIFO, "without flow control they are characters"
+
+
+@pytest.mark.parametrize("baud, divisor_64ths", (
+    (0, None), (3_125_001, None), (3_125_000, 2 << 6), (95, None), (96, 65104 << 6 | 11), (115200, 54 << 6 | 16),
+    (9600, 651 << 6 | 3), (56000, 111 << 6 | 39)))
+def test_rates_between_pclk_over_2_20_and_over_32(system, memory, baud, divisor_64ths):
+    """To the nearest 64th of the divisor; its upper half stands where IER does."""
+    Device(system)
+    u, regs = system.mmuart(), system.mmuart_regs()
+    assert system.mmuart_init(u, regs, baud) == (divisor_64ths is not None)
+    assert divisor_64ths is None or (regs.DLR, regs.DFR, regs.LCR, regs.MM0) == (
+        divisor_64ths >> 6 & 255, divisor_64ths & 63, 3, 1 << 7)
+
+
+def test_what_is_put_leaves_in_order_and_what_finds_no_room_is_counted(uart):
+    u = uart()
+    text = [(37 * n + 11) % 256 for n in range(1024)]
+    assert u.c.mmuart_free_space(u.u) == len(text) and all(u.c.mmuart_put(u.u, one) for one in text)
+    assert not any(u.c.mmuart_put(u.u, 1) for _ in range(3)) and u.c.mmuart_free_space(u.u) == 0
+    assert [u.interrupt(THRE) for _ in range(len(text) // FIFO)] == text[FIFO - 1::FIFO], "the last that each has written"
+    assert u.regs.IER == RECEIVES | ERRORS and u.c.mmuart_counters(u.u).tx_dropped == 3
+    for lsr in (THRE, THRE | TEMT):
+        u.regs.LSR = lsr
+        assert u.c.mmuart_is_idle(u.u) == bool(lsr & TEMT)
+
+
+def test_behind_an_overrun_all_that_the_fifo_held_and_one_more_are_marked(uart):
+    u = uart()
+    for lsr, marked in ((DR, False), (DR | OE, True), (DR, True), (DR, False)):
+        u.interrupt(lsr)
+        assert u.taken() == [marked] * FIFO
+    assert u.c.mmuart_counters(u.u).rx_overruns == FIFO
+
+
+def test_an_emergency_needs_no_interrupt_and_gives_up_on_a_dead_line(uart):
+    u = uart()
+    for lsr, sent in ((THRE, ord("p")), (0, ord("x"))):
+        u.regs.LSR, u.regs.THR, u.regs.IER = lsr, ord("x"), 7
+        assert u.c.mmuart_emergency_write(u.regs, b"help") == bool(lsr) and (u.regs.THR, u.regs.IER) == (sent, 0)

@@ -96,7 +96,7 @@ def test_parameters_and_reactions_read_back(line, c):
     assert line.registers(FAULT_BASE, 40) == list(line.axis.reactions.choice)[:40]
 
 
-@pytest.mark.parametrize("at, count", [(0x09, 1), (0x03, 1), (0x02, 1), (0x13, 2), (0x10, 3), (0x2E, 1), (0x3F, 2), (0x1001, 2),
+@pytest.mark.parametrize("at, count", [(0x0A, 1), (0x03, 1), (0x02, 1), (0x13, 2), (0x10, 3), (0x2E, 1), (0x3F, 2), (0x1001, 2),
                                        (0x1000, 1), (0x1000, 3), (0xFFFF, 2), (0x0FFF, 2)])
 def test_what_is_not_there_or_half_there(line, at, count):
     assert refused(line, read(at, count), ILLEGAL_ADDRESS)
@@ -140,7 +140,8 @@ def test_several(line):
 
 
 @pytest.mark.parametrize("request_, exception", [
-    (write_one(0x0002, 0), ILLEGAL_ADDRESS), (write_one(0x0010, 0), ILLEGAL_ADDRESS), (write_one(0x0009, 0), ILLEGAL_ADDRESS),
+    (write_one(0x0002, 0), ILLEGAL_ADDRESS), (write_one(0x0010, 0), ILLEGAL_ADDRESS), (write_one(0x000A, 0), ILLEGAL_ADDRESS),
+    (write_one(0x0009, 3), ILLEGAL_VALUE),
     (write_one(0x1000, 5), ILLEGAL_ADDRESS), (write_one(0x0001, 2), ILLEGAL_VALUE), (write_one(0x0007, 1), ILLEGAL_VALUE),
     (write_one(0x0006, 32767), ILLEGAL_VALUE), (write(0x0002, long(4001)), ILLEGAL_VALUE),
     (write(0x0002, long(-4001)), ILLEGAL_VALUE), (write(0x1000, long(51)), ILLEGAL_VALUE),
@@ -227,7 +228,7 @@ def test_another_source_is_refused_at_once_or_later_and_says_why(line, c):
     assert line.ask(write_one(8, 1)) == bytes([0x86, DEVICE_FAILURE]) and refusal(line) == c.ERROR_NOT_OPERATING
     axis = line.axis
     axis.state, axis.mode, axis.start.aligned = c.AXIS_OPERATION_ENABLED, c.AXIS_MODE_POSITION, True
-    line.modbus.drives[0].cia402.stage, line.modbus.drives[0].cia402.operates = c.CIA402_ENABLED, True
+    axis.owner.who = c.OWNER_MODBUS
     assert line.ask(write_one(8, 2)) == bytes([0x86, DEVICE_FAILURE]) and refusal(line) == c.ERROR_SOURCE_MODE
     axis.mode, line.fabric.encoder.HALL, line.prepares = c.AXIS_MODE_SPEED, 5, False
     assert line.ask(write_one(8, 2))[0] == 6 and axis.handover.under_way and refusal(line) == 0
@@ -241,7 +242,7 @@ def test_another_source_is_refused_at_once_or_later_and_says_why(line, c):
 def test_a_write_that_ends_beyond_the_table_changes_nothing(line, c):
     last = PARAM_BASE + 2 * (c.param_count.value - 1)
     assert refused(line, write(last, long(1) + long(1)), ILLEGAL_ADDRESS)
-    assert refused(line, write(0x0006, words(100, 34, 0, 0)), ILLEGAL_ADDRESS)
+    assert refused(line, write(0x0006, words(100, 34, 0, 2, 0)), ILLEGAL_ADDRESS)
 
 
 @given(st.data())

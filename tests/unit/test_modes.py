@@ -5,6 +5,7 @@ import random
 
 import pytest
 
+from rigs.commanding import OWNERS, Commanding
 from rigs.drive import STATES
 from rigs.operating import MODES, REQUESTS, Drive
 
@@ -21,10 +22,31 @@ def test_without_an_encoder_there_is_no_position(c, mode):
     assert w.learn() == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
 
 
-@pytest.mark.parametrize("mode", ("TORQUE", "CYCLIC_TORQUE", "CYCLIC_SPEED"))
-def test_the_observer_is_told_no_step_that_another_mode_made(c, mode):
+@pytest.mark.parametrize("source, error", ((0, "NONE"), (1, "NEEDS_SENSOR"), (2, "NONE")))
+def test_without_a_sensor_there_is_no_cyclic_mode(c, source, error):
+    w = Drive(c, "SPEED")
+    w.axis.tuning.angle_source = source
+    before = bytes(w.axis)
+    for name in ("cyclic_speed", "cyclic_current"):
+        assert w.request(name) == getattr(c, f"ERROR_{error}") and (error == "NONE" or bytes(w.axis) == before), name
+    assert w.request("speed") == w.request("current") == c.ERROR_NONE
+
+
+@pytest.mark.parametrize("who", OWNERS)
+@pytest.mark.parametrize("typed, mode", (("csv 100", 9), ("cst 0.1", 10)))
+def test_without_a_sensor_each_line_says_what_would_work(c, who, typed, mode):
+    w = Commanding(c).started(who).operate()
+    w.axis.tuning.angle_source = 1
+    if who == "CONSOLE":
+        assert not w.line(typed) and "an encoder or Hall switches" in w.refused and "'speed'" in w.refused
+    else:
+        assert w.write(who, 1, 0x6060, mode, 1) and w.refusal(who) == (c.ERROR_NEEDS_SENSOR, 0)
+    assert w.axis.mode == c.AXIS_MODE_SPEED and not w.axis.set_point.waits
+
+
+def test_the_observer_is_told_no_step_that_another_mode_made(c):
     """It is sped up by what the ramp moves: not by the 2000 rpm that the motor gained in control of torque."""
-    w = Drive(c, mode)
+    w = Drive(c, "TORQUE")
     w.axis.tuning.angle_source = 1
     w.axis.loop.field_follows = 1
     for rpm_q16, speed in ((1000 << 16, w.axis.sensorless), (3000 << 16, w.axis.speed)):
@@ -198,9 +220,9 @@ def test_a_set_point_is_reached_when_the_next_is_due(c, sign):
 
 
 @pytest.mark.parametrize("name, value, error", [
-    ("speed", 4001, "BEYOND_SPEED_MAX"), ("cyclic_speed", -4001, "BEYOND_SPEED_MAX"), ("current", 10651, "BEYOND_I_MAX"),
-    ("cyclic_current", -10651, "BEYOND_I_MAX"), ("cyclic_position", 2667, "BEYOND_CYCLE"),
-    ("cyclic_position", -2667, "BEYOND_CYCLE")])
+    (name, sign * most, error) for sign in (1, -1) for name, most, error in (
+        ("speed", 4001, "BEYOND_SPEED_MAX"), ("cyclic_speed", 4001, "BEYOND_SPEED_MAX"), ("current", 10651, "BEYOND_I_MAX"),
+        ("cyclic_current", 10651, "BEYOND_I_MAX"), ("cyclic_position", 2667, "BEYOND_CYCLE"))])
 def test_what_is_beyond_a_limit_is_refused_and_the_limit_is_not(c, name, value, error):
     w = Drive(c, rpm=0)
     c.drive_set_zero(w.axis)

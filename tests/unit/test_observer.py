@@ -14,7 +14,7 @@ TURN = 2 * np.pi
 
 
 def drawn(draw):
-    """Anything within the ranges that firmware/control/stage_flux.h states."""
+    """Anything within the ranges that firmware/control/current_loop_step.h states."""
     newest = any_of(draw, 0, 16384)
     return {"flux_alpha": any_of(draw, -2**28, 2**28 - 1), "flux_beta": any_of(draw, -2**28, 2**28 - 1),
             "v_alpha_steps": any_of(draw, -32767, 32767), "v_beta_steps": any_of(draw, -32767, 32767),

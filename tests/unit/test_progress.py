@@ -2,17 +2,13 @@
 """The console says when what a command has begun is done, once, and nothing when it has ended otherwise."""
 import pytest
 
-from rigs.console import Operator
-
 TEXTS = {"ON": "operation enabled", "IDENTIFY": "identify; 'identify show' lists what it found", "LEARN": "learning",
          "MOVE": "in position", "HOME": "homed"}
 
 
-@pytest.fixture
-def operator(c):
-    operator = Operator(c)
-    c.params_init(operator.axis.params)
-    return operator
+@pytest.fixture(autouse=True)
+def initial(operator):
+    operator.c.params_init(operator.axis.params)
 
 
 def said(operator):

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from rigs.firmware import ROOT
 from rigs.console import Operator
+from rigs.firmware import ROOT
+from rigs.settings import names
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 
+from cause_rows import faults, refusals  # noqa: E402
 import reference_page  # noqa: E402  (beside the tools)
 from pages import replaced  # noqa: E402
 from param_rows import param_rows, remarks, texts  # noqa: E402
@@ -35,20 +37,12 @@ def test_numbers_are_those_given_once(c, kind):
 
 
 def test_registers_of_parameters_are_those_given_once(c):
-    rows = {row.name.decode(): n for n, row in enumerate(rows_of(c))}
+    rows = {row.name.decode(): n for n, row in enumerate(names(c))}
     assert rows == FROZEN["parameter"], "tests/unit/numbers.toml: append what is new, change nothing"
 
 
-def rows_of(c):
-    import ctypes
-    count = c.param_count.value if hasattr(c.param_count, "value") else c.param_count
-    table = ctypes.cast(ctypes.addressof(ctypes.c_char.in_dll(c._library, "param_table")), ctypes.POINTER(c.param_info))
-    return [table[n] for n in range(count)]
-
-
-def test_each_parameter_is_explained_where_it_says(c):
-    said = {name: c.message_of_param(n).decode() for n, name in enumerate(param_rows())}
-    assert said == texts()
+def test_each_parameter_is_explained_where_it_says():
+    said = texts()
     assert len(set(said.values())) == len(said) and all(re.fullmatch(r"[ -~]{4,80}(?<![.,;:])", text) for text in said.values())
     for name, (page, affects) in remarks().items():
         shown = re.sub(r"_[2-5]_", "_1_", name)
@@ -56,9 +50,9 @@ def test_each_parameter_is_explained_where_it_says(c):
         assert len(affects) > 3
 
 
-@pytest.mark.parametrize("path", ("fault/fault.h", "settings/error.h"))
-def test_each_fault_and_refusal_has_a_remark(path):
-    assert not [name for name, (number, remark) in reference_page.numbers(path).items() if number and len(remark) < 4]
+def test_each_fault_and_refusal_has_a_remark():
+    assert not [name for name, row in faults().items() if len(row.what) < 4]
+    assert not [name for name, row in refusals().items() if len(row.helps) < 4]
 
 
 @pytest.mark.parametrize("kind", ENUMS)
@@ -74,12 +68,11 @@ def test_help_says_the_same(c):
         first, second = operator(f"help {name}")[:2]
         unit = reference_page.unit_of(name)
         assert first == f"{name}: {text}" and second == f"{least}...{most}{unit and ' ' + unit}, initially {initial}"
-    for number in range(1, c.FAULT_COUNT):
-        name = c.message_of_fault(number).decode()
-        typed = name.replace(" ", "_").lower()
-        assert operator(f"help {typed}")[-1] == (f"fault {number}, {name}: look at: {c.message_fault_hint(number).decode()}")
-    for number in range(1, c.ERROR_COUNT):
-        text = re.sub("[@#$]", "...", c.message_of_error(number).decode())
-        assert operator(f"help {number}") == [f"refusal {number}: {text}"]
+    for row in faults().values():
+        typed = row.text.replace(" ", "_").lower()
+        assert operator(f"help {typed}")[-1] == f"fault {row.number}, {row.text}: look at: {row.hint}"
+    for row in refusals().values():
+        text = re.sub("[@#$&]", "...", row.text)
+        assert operator(f"help {row.number}") == [f"refusal {row.number}: {text}"]
     for number in (0, -1, c.ERROR_COUNT):
         assert operator(f"help {number}")[0].startswith(f"error: {number}: no command")

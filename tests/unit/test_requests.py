@@ -31,15 +31,11 @@ def test_with_a_dead_slow_loop_a_second_request_is_refused_and_the_first_stays(c
     assert bytes(axis) == before, "refused, nothing has changed"
 
 
-def test_with_a_dead_slow_loop_off_shuts_the_gates_by_itself(c, axis):
-    axis.request = c.AXIS_REQUEST_QUICK_STOP
+@pytest.mark.parametrize("lives", (True, False))
+def test_off_leaves_the_gates_to_a_slow_loop_that_lives_or_shuts_them_by_itself(c, axis, lives):
+    axis.request = c.AXIS_REQUEST_NONE if lives else c.AXIS_REQUEST_QUICK_STOP
     assert c.drive_switch_off(axis).error == c.ERROR_NONE
-    assert axis.fabric.contents.gate.CONTROL == 0 and axis.request == c.AXIS_REQUEST_OFF
-
-
-def test_off_leaves_the_gates_to_a_slow_loop_that_lives(c, axis):
-    assert c.drive_switch_off(axis).error == c.ERROR_NONE
-    assert axis.fabric.contents.gate.CONTROL == 1 and axis.request == c.AXIS_REQUEST_OFF
+    assert axis.fabric.contents.gate.CONTROL == lives and axis.request == c.AXIS_REQUEST_OFF
 
 
 def test_parameters_cannot_change_while_a_request_is_under_way(c, axis):

@@ -8,7 +8,6 @@ import pytest
 from rigs.aligning import MOTORS, TURN, params_of
 
 V_Q15, I_Q15, VBUS_Q15 = 2000, 1500, 16384
-STEPS_MS = 1e-3
 
 
 def measured(c, axis_deg, ratio=3.0, bias=0j, encoder_deg=0.0, emf=0j):

@@ -4,7 +4,7 @@ import ctypes
 
 import pytest
 
-from rigs.scoped import SLOTS, Scoped
+from rigs.scoped import SLOTS
 
 CHOSEN = "signals: i_d,i_q,i_q_ref,vbus,speed,speed_ref,v_q,angle"  # at first
 SCALES = {"i_a": "A 23571/32768", "vbus": "V 57528/32768", "count": "counts 1000/1", "v_q": "%_of_bus 100000/40000",
@@ -12,11 +12,9 @@ SCALES = {"i_a": "A 23571/32768", "vbus": "V 57528/32768", "count": "counts 1000
           "winding": "degC 1000/16", "gate": "none 1000/1"}
 
 
-@pytest.fixture
-def scoped(c):
-    scoped = Scoped(c)
-    c.params_init(scoped.axis.params)
-    return scoped
+@pytest.fixture(autouse=True)
+def initial(scoped):
+    scoped.c.params_init(scoped.axis.params)
 
 
 def test_scope_text_lists_every_signal(c, scoped):

@@ -23,31 +23,17 @@ def test_of_two_before_a_step_the_later_counts(c):
     assert w.mode == "SPEED" and w.axis.speed.target_rpm_q16 == 200 << 16
 
 
-def test_two_relative_ones_before_a_step_are_as_far_as_both(c):
-    w, once = Drive(c, "POSITION", rpm=0), Drive(c, "POSITION", rpm=0)
-    for drive, ways in ((w, (500, -200)), (once, (300,))):
+@pytest.mark.parametrize("mode", ("SPEED", "POSITION"))
+@pytest.mark.parametrize("ways, at_once", (
+    (((5000, False), (20, True)), (5020, False)), (((500, True), (-200, True)), (300, True))))
+def test_relative_ones_before_a_step_count_from_the_one_before(c, mode, ways, at_once):
+    w, once = Drive(c, mode, rpm=0), Drive(c, mode, rpm=0)
+    for drive, each in ((w, ways), (once, (at_once,))):
         drive.command("position", 0, False)
-        for way in ways:
-            c.drive_command_position(drive.axis, way, True)
-        drive.step()
-    assert w.axis.motion.profile.target == once.axis.motion.profile.target
-
-
-def test_a_relative_one_after_an_absolute_one_counts_from_that(c):
-    w, once = Drive(c, rpm=0), Drive(c, rpm=0)
-    for drive, ways in ((w, ((5000, False), (20, True))), (once, ((5020, False),))):
-        for way, relative in ways:
+        for way, relative in each:
             c.drive_command_position(drive.axis, way, relative)
         drive.step()
     assert w.axis.motion.profile.target == once.axis.motion.profile.target != 0
-
-
-@pytest.mark.parametrize("far", (2**31 - 1, -2**31))
-def test_the_sum_does_not_wrap(c, far):
-    w = Drive(c, rpm=0)
-    c.drive_command_position(w.axis, far, True)
-    c.drive_command_position(w.axis, far, True)
-    assert w.axis.set_point.by == 2 * far
 
 
 @pytest.mark.parametrize("stop", ("quick_stop", "switch_off"))

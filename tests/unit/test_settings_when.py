@@ -62,10 +62,10 @@ def test_the_slow_loop_does_not_take_it_for_a_dead_current_loop(drive, c):
     """Conversions have gone unanswered: the next steps do not count them."""
     axis = drive.axis
     axis.heartbeat = drive.fabric.adc.SEQUENCE = 1000
-    axis.time_ms = axis.paced_ms = 50
+    axis.time_ms = axis.pace_chosen_ms = 50
     axis.time_ms += 40
     assert drive.save() == "NONE"
-    assert axis.time_ms - axis.paced_ms <= 2
+    assert axis.time_ms - axis.pace_chosen_ms <= 2
     drive.fabric.adc.SEQUENCE = 1400
     c.drive_step(axis)
     assert axis.faults.cause == c.FAULT_NONE

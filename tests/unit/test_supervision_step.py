@@ -66,6 +66,7 @@ def test_supervision_of_commands_in_each_fourth_millisecond(motor):
     m.p.command_timeout_ms, m.axis.command_ms = 203, m.axis.time_ms + 1 - 203
     assert m.until_fault(1) is None
     assert m.until_fault(8) == 4 and m.fault == "COMMAND_TIMEOUT" and list(m.axis.faults.detail) == [203, 0]
+    assert m.axis.reactions.stopping and m.fabric.gate.STATUS == 1, "a controlled stop"
     quiet = motor()
     quiet.p.command_timeout_ms = quiet.axis.command_ms = 0
     assert quiet.until_fault(8) is None, "0: nobody need speak"

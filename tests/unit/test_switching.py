@@ -86,8 +86,8 @@ def test_a_second_start_is_refused(plc, c, request_):
 
 def test_what_switches_off_ends_it(plc, c):
     assert plc.control(NO_VOLTAGE) == DISABLED
-    assert plc.axis.request == c.AXIS_REQUEST_OFF and not c.drive_prepare(plc.axis)
-    assert plc.axis.switching.outcome.error == c.ERROR_SWITCHED_OFF and plc.axis.request == c.AXIS_REQUEST_OFF
+    assert not c.drive_prepare(plc.axis) and plc.axis.request == c.AXIS_REQUEST_NONE
+    assert plc.axis.switching.outcome.error == c.ERROR_SWITCHED_OFF
 
 
 def test_a_fault_ends_it(plc, c):

@@ -9,7 +9,6 @@ import pytest
 Q15 = 32768
 SALIENT = {"lq_uh": 400}
 REVERSED = {"ld_uh": 400}
-FAST_RPM_Q4 = 31 * 16  # from here on the bus has a say
 
 
 @pytest.fixture(scope="module")

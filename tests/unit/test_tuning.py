@@ -9,7 +9,7 @@ from launcher.data import MOTORS, available
 
 from rigs.firmware import ROOT
 from rigs.motor_numbers import BASE_HZ, PI, PWM_HZ, SLOW_HZ, compute, shipped, struct
-from tools.param_rows import param_rows
+from param_rows import param_rows
 
 REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS", "ERROR_CHOPPER_LEVELS",
                   "ERROR_V_MIN_BELOW_MODULATOR", "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP",
@@ -126,15 +126,6 @@ def test_shipped_motors(c, motor, told):
     error, _, tuning = compute(c, p)
     assert error == "ERROR_NONE"
     check(c, tuning, p)
-
-
-def test_two_samples_a_period_are_refused_where_every_second_one_is_for_nothing(c):
-    two = {**shipped(), "pwm_samples": 2, "pwm_update": 2, "low_side_shunts": 0}
-    assert compute(c, two)[0] == "ERROR_NONE"
-    assert compute(c, {**two, "low_side_shunts": 1})[0] == "ERROR_SAMPLES_OF_SHUNTS"
-    assert compute(c, {**two, "pwm_update": 0})[0] == "ERROR_SAMPLES_AT_VALLEY"
-    one = {**shipped(), "pwm_samples": 1, "pwm_update": 0}
-    assert [compute(c, {**one, "low_side_shunts": shunts})[0] for shunts in (0, 1)] == ["ERROR_NONE"] * 2
 
 
 def test_modulators_are_refused_where_they_cannot_be(c):

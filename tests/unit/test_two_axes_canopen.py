@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Two axes in one node of CANopen: each its own objects, 0x800 apart; the node's affairs are both axes'."""
 import configparser
+import ctypes
 import re
 import struct
 
 import pytest
 
 from rigs.axes_at_rest import ALIKE, OBJECTS, OF_THE_LINE, PARAMS, fill
-from rigs.can_node import EMERGENCY, NODE, PRE_OPERATIONAL, RESET_NODE, SDO_IN, START, STOP, Abort, Node
+from rigs.can_node import EMERGENCY, NODE, OFF, PRE_OPERATIONAL, RESET_COMMUNICATION, SDO_IN, START, STOP, Node, aborted
 from rigs.firmware import ROOT
-from tools.eds import eds
+from eds import eds
 
 AXIS = 0x800
 WORD, STATUS, SPEED, VELOCITY = 0x60400010, 0x60410010, 0x60FF0020, 0x606C0020
 SECOND = AXIS << 16  # of an entry of a mapping
-RPDO, TPDO, OFF = 0x200 + NODE, 0x180 + NODE, 0x80000000
+RPDO, TPDO = 0x200 + NODE, 0x180 + NODE
 SAVE, LOAD = 0x65766173, 0x64616F6C
 # {name: (index, bytes)} of what an axis has
 OWN = {name: (index or 0x2000 + at, size) for name, (at, index, size, _) in OBJECTS.items() if index >= 0x2000 or not index}
@@ -33,18 +34,16 @@ def of(node, axis):
     return bytes(node.axes[axis]), bytes(node.canopen.drives[axis])
 
 
-def aborted(code):
-    return pytest.raises(Abort, match=f"^{code}$")
-
-
 def enable(node, *which):
-    for axis in which:
+    """These, beside those that are already."""
+    which = [n for n in range(2) if n in which or node.axes[n].owner.who == node.c.OWNER_CAN]
+    for axis in (n for n in which if node.axes[n].owner.who != node.c.OWNER_CAN):
         for word in (6, 7, 15):
             node.write(0x6040 + axis * AXIS, 0, word, 2)
         node.axes[axis].request, node.axes[axis].state = 0, node.c.AXIS_OPERATION_ENABLED
     node.poll()
     node.sent()
-    assert [drive.cia402.stage == node.c.CIA402_ENABLED for drive in node.canopen.drives] == [n in which for n in range(2)]
+    assert [axis.owner.who == node.c.OWNER_CAN for axis in node.axes] == [n in which for n in range(2)]
 
 
 # ---- the dictionary ----
@@ -138,7 +137,9 @@ def test_the_sheet_has_what_the_node_has(c, two_buses, axes):
         index, sub = int(place[0], 16), int(place[2] or "0", 16)
         assert len(node.read(index, sub)) == sizes[int(sheet[name]["DataType"], 16)], name
         names |= {index: sheet[name]["ParameterName"]} if index >= 0x2000 else {}
-    assert len(names) == axes * (len(OWN) + len(PARAMS) + c.FAULT_COUNT - 1) + 2 * (axes - 1)
+    others = len({one.index for one in (c.profile_object * c.profile_object_count.value).from_address(
+        ctypes.addressof(c.profile_objects))})
+    assert len(names) == axes * (len(OWN) + others + len(PARAMS) + c.FAULT_COUNT - 1) + 2 * (axes - 1)
     assert all(name == f"{names[index - AXIS]}, axis 2" for index, name in names.items() if index & AXIS)
     assert node.value(0x1000) == int(sheet["1000"]["DefaultValue"], 0)
 
@@ -150,6 +151,7 @@ def test_both_are_stored_and_restored(pair):
     pair.write(0x1010, 1, SAVE, 4)
     pair.write(0x1011, 1, LOAD, 4)
     assert [axis.params.ramp_rpm_s for axis in pair.axes] == [PARAMS["ramp_rpm_s"][2]] * 2 and pair.axis.params.can_node == NODE
+    assert pair.value(0x1018, 0) == 4, "it stays on the bus"
     for axis, slots, value in zip(pair.axes, pair.slots, (1234, 4321)):
         assert c.drive_load(axis, slots, c.nvm_report()).error == c.ERROR_NONE and axis.params.ramp_rpm_s == value
 
@@ -168,21 +170,12 @@ def test_none_is_while_one_is_on(pair, on, sub):
 
 # ---- process data ----
 
-def remap(node, index, identifier, *entries):
-    node.write(index, 1, identifier | OFF, 4)
-    node.write(index + 0x200, 0, 0, 1)
-    for sub, entry in enumerate(entries, 1):
-        node.write(index + 0x200, sub, entry, 4)
-    node.write(index + 0x200, 0, len(entries), 1)
-    node.write(index, 1, identifier, 4)
-
-
 def points(node):
     return [(drive.cia402.setpoints.control_word, drive.cia402.setpoints.target_rpm) for drive in node.canopen.drives]
 
 
 def test_a_received_one_may_be_for_both(pair):
-    remap(pair, 0x1400, RPDO, WORD + SECOND, WORD, SPEED + SECOND)
+    pair.remap(0x1400, WORD + SECOND, WORD, SPEED + SECOND)
     pair.nmt(START)
     pair.say((RPDO, struct.pack("<HHi", 7, 6, 321)))
     assert points(pair) == [(6, 0), (7, 321)]
@@ -190,7 +183,7 @@ def test_a_received_one_may_be_for_both(pair):
 
 @pytest.mark.parametrize("speeds", [(4001, 5), (5, 4001)])
 def test_it_acts_on_both_or_on_none(pair, speeds):
-    remap(pair, 0x1400, RPDO, SPEED, SPEED + SECOND)
+    pair.remap(0x1400, SPEED, SPEED + SECOND)
     pair.nmt(START)
     pair.say((RPDO, struct.pack("<ii", 1, 2)))
     before = of(pair, 0), of(pair, 1)
@@ -199,7 +192,7 @@ def test_it_acts_on_both_or_on_none(pair, speeds):
 
 
 def test_one_for_the_second_leaves_the_first_alone(pair):
-    remap(pair, 0x1401, RPDO + 0x100, WORD + SECOND, 0x68600008)
+    pair.remap(0x1401, WORD + SECOND, 0x68600008)
     pair.nmt(START)
     pair.say((0x80, b""))
     before = of(pair, 0)
@@ -208,14 +201,14 @@ def test_one_for_the_second_leaves_the_first_alone(pair):
 
 
 def test_a_sent_one_may_be_of_both(pair):
-    remap(pair, 0x1800, TPDO | 1 << 30, STATUS + SECOND, VELOCITY, STATUS)
+    pair.remap(0x1800, STATUS + SECOND, VELOCITY, STATUS)
     pair.axes[0].speed.speed_rpm_q4, pair.axes[1].speed.speed_rpm_q4 = 16, 32
     pair.canopen.drives[1].cia402.stage = pair.c.CIA402_READY
     told = [data for identifier, data in pair.nmt(START) if identifier == TPDO]
     assert told == [struct.pack("<HiH", 0x0231, 1000, 0x0250)]
     pair.canopen.drives[0].cia402.stage = pair.c.CIA402_READY
     assert [data for _, identifier, data in pair.wait(1) if identifier == TPDO] == [struct.pack("<HiH", 0x0231, 1000, 0x0231)]
-    remap(pair, 0x1801, 0x285 | 1 << 30, 0x10000020, 0x6FFF0020)
+    pair.remap(0x1801, 0x10000020, 0x6FFF0020)
     types = [data for _, identifier, data in pair.wait(100) if identifier == 0x285]
     assert types == [struct.pack("<II", 0xFFFF0192, 0x00020192)]
 
@@ -279,7 +272,7 @@ def lost(node):
     return [axis.master_lost for axis in node.axes]
 
 
-@pytest.mark.parametrize("command", (STOP, PRE_OPERATIONAL, RESET_NODE))
+@pytest.mark.parametrize("command", (STOP, PRE_OPERATIONAL, RESET_COMMUNICATION))
 @pytest.mark.parametrize("which", [(0,), (1,), (0, 1)])
 def test_a_master_that_takes_the_node_out_of_operation_is_lost_to_who_operates(pair, command, which):
     pair.nmt(START)
@@ -291,7 +284,7 @@ def test_a_master_that_takes_the_node_out_of_operation_is_lost_to_who_operates(p
             enable(pair, *which, n)
             assert lost(pair)[n] == 0, "it began without"
     pair.nmt(START)
-    assert lost(pair) == [0, 0]
+    assert lost(pair) == [2 * (n in which) for n in range(2)], "what it had enabled is over"
 
 
 def test_a_heartbeat_that_stops_and_bus_off_are_both_axes(pair):
@@ -318,3 +311,16 @@ def test_what_is_meant_for_the_node_is_a_sign_of_life_for_both(pair, frame):
         axis.command_ms = 0
     pair.say(frame)
     assert [axis.command_ms != 0 for axis in pair.axes] == [True, True]
+
+
+@pytest.mark.parametrize("stopped", (0, 1))
+def test_a_stop_of_one_axis_does_not_wait_for_the_other(pair, stopped):
+    """Both words in one frame, and the console commands the axis that is to go on: that is refused, and the stop is not."""
+    enable(pair, 0, 1)
+    pair.remap(0x1403, WORD, WORD + SECOND)
+    pair.nmt(START)
+    pair.axes[1 - stopped].owner.who = pair.c.OWNER_CONSOLE
+    pair.poll()
+    words = (0, 0x0F) if stopped == 0 else (0x0F, 0)
+    pair.say((0x500 + NODE, struct.pack("<HH", *words)))
+    assert [axis.request == pair.c.AXIS_REQUEST_OFF for axis in pair.axes] == [n == stopped for n in range(2)]

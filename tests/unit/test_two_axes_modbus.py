@@ -71,8 +71,7 @@ def test_a_command_and_its_refusal_are_of_the_axis_that_was_asked(pair, axis):
     for word in (6, 7, 15):
         pair.axes[axis].loop.vbus_q15 = pair.axes[axis].tuning.v_min_q15 + 100
         pair.ask(write_one(0, word, US + axis))
-    stages = [drive.cia402.stage == pair.c.CIA402_ENABLED for drive in pair.modbus.drives]
-    assert stages == [n == axis for n in range(2)]
+    assert [one.owner.who == pair.c.OWNER_MODBUS for one in pair.axes] == [n == axis for n in range(2)]
 
 
 @pytest.mark.parametrize("axis", (0, 1))

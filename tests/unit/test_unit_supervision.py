@@ -86,20 +86,6 @@ def test_what_stops_the_shaft_at_once_and_holds_it_is_an_end_stop(motor, sign, e
 
 
 @pytest.mark.parametrize("sign", (1, -1))
-def test_counts_that_go_one_by_one_are_found_by_the_emf(motor, sign):
-    m = motor(3000 * sign, 2.0 * sign)
-    m.step(600)
-
-    def lose(world):
-        world.slip -= 1
-
-    ms = m.until_fault(400, lose)
-    lost_deg = 0.36 * ms
-    assert m.fault == "ENCODER_SLIP" and 12 < lost_deg < 35
-    assert abs(m.axis.faults.detail[0] - lost_deg) < 6
-
-
-@pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("turned_deg, verdict", ((0, "AGREES"), (180, "REVERSED")))
 def test_the_voltage_that_moves_a_current_is_no_reversed_rotor(motor, turned_deg, verdict, sign):
     """L di/dt, larger than the EMF and against it, for as long as the current moves; then a reversed rotor shows again."""
@@ -139,10 +125,15 @@ def test_a_shaft_that_is_turned_by_somebody_else_is_no_slip(motor, sign):
     assert m.fault == "NONE"
 
 
-@pytest.mark.parametrize("rpm, i_a, within_ms", ((4000, 3.0, 3), (4000, 10.0, 3), (-4000, 10.0, 3), (400, 3.0, 5)))
-def test_a_frozen_encoder_is_dead(motor, rpm, i_a, within_ms):
+@pytest.mark.parametrize("turn", range(4))
+@pytest.mark.parametrize("rpm, i_a, within_ms, at_limit", (
+    (4000, 3.0, 3, False), (4000, 10.0, 3, False), (-4000, 10.0, 3, False), (400, 3.0, 5, False), (400, 3.0, 6, True),
+    (-400, -3.0, 6, True)))
+def test_a_frozen_encoder_is_dead(motor, rpm, i_a, within_ms, at_limit, turn):
+    """With the current at its limit the speed seems to be lost first, or not, as the turns of supervision fall."""
     m = motor(rpm, i_a)
-    m.step(50)
+    m.at_limit = at_limit
+    m.step(48 + turn)
     shown = [rpm]
 
     def freeze(world):
@@ -150,20 +141,6 @@ def test_a_frozen_encoder_is_dead(motor, rpm, i_a, within_ms):
         world.frozen, world.shown_rpm = True, shown[0]
 
     assert m.until_fault(within_ms, freeze) and m.fault == "ENCODER_DEAD"
-
-
-@pytest.mark.parametrize("sign", (1, -1))
-@pytest.mark.parametrize("turn", range(4))
-def test_a_frozen_encoder_is_no_lost_speed(motor, turn, sign):
-    """With the current at its limit the speed seems to be lost first, or not, as the turns of supervision fall."""
-    m = motor(400 * sign, 3.0 * sign)
-    m.at_limit = True
-    m.step(48 + turn)
-
-    def freeze(world):
-        world.frozen, world.shown_rpm = True, 0.3 * (world.shown_rpm or 400 * sign)
-
-    assert m.until_fault(6, freeze) and m.fault == "ENCODER_DEAD"
 
 
 @pytest.mark.parametrize("sign", (1, -1))
@@ -420,9 +397,9 @@ def test_what_the_speed_loop_has_answered_by_itself_is_not_answered_twice(motor,
     for _ in range(4):
         m.step(40, swing(8, 20, 5.0))
         m.axis.speed.oscillation.answered += 1
-    assert m.axis.reactions.softened == 0 and not c.fault_warned(m.axis.reports, c.FAULT_LIMIT_CYCLE)
+    assert m.axis.reactions.gain_reductions == 0 and not c.fault_warned(m.axis.reports, c.FAULT_LIMIT_CYCLE)
     m.step(80, swing(8, 20, 5.0))
-    assert m.axis.reactions.softened == 1, "if that has not helped"
+    assert m.axis.reactions.gain_reductions == 1, "if that has not helped"
 
 
 def test_gains_that_are_reduced_stay_so_across_a_hand_over_and_so_does_their_count(motor, c):
@@ -430,15 +407,15 @@ def test_gains_that_are_reduced_stay_so_across_a_hand_over_and_so_does_their_cou
     m = motor(1000, 0.0)
     m.step(80, swing(8, 20, 5.0))
     kp = m.axis.tuning.speed_kp_q16
-    m.axis.reactions.softened = 5
+    m.axis.reactions.gain_reductions = 5
     c.supervision_begin_again(m.axis)
     assert m.until_fault(130, swing(8, 20, 5.0)) and m.fault == "LIMIT_CYCLE"
-    assert m.axis.tuning.speed_kp_q16 == kp and m.axis.reactions.softened == 5
+    assert m.axis.tuning.speed_kp_q16 == kp and m.axis.reactions.gain_reductions == 5
     c.fault_forget(m.axis)
     c.tuning_compute(m.axis.params, m.axis.switching.tuning)
     m.axis.state, m.axis.request = c.AXIS_SWITCH_ON_DISABLED, c.AXIS_REQUEST_ON
     c.states_step(m.axis)
-    assert m.axis.reactions.softened == 0
+    assert m.axis.reactions.gain_reductions == 0
 
 
 @pytest.mark.parametrize("half_ms, i_a", ((8, 2.0), (300, 5.0), (4, 5.0)))
@@ -446,16 +423,6 @@ def test_little_current_or_a_slow_or_fast_swing_is_none(motor, half_ms, i_a):
     m = motor(1000, 0.0)
     m.step(2000, swing(half_ms, 20, i_a))
     assert m.fault == "NONE" and not any(m.axis.reports.warned)
-
-
-def test_nobody_speaks(motor):
-    m = motor(1000, 1.0, command_timeout_ms=200)
-    m.c.fault_forget_warnings(m.axis.reports)
-    m.axis.command_ms = m.axis.time_ms
-    m.step(198)
-    assert m.fault == "NONE"
-    m.step(8)
-    assert m.fault == "COMMAND_TIMEOUT" and m.axis.reactions.stopping and m.fabric.gate.STATUS == 1, "a controlled stop"
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000))
@@ -533,7 +500,7 @@ def test_counts_lost_one_by_one_under_load_are_a_slip_before_30_degrees(motor, r
     m.step(700)
     assert m.fault == "NONE"
     assert m.until_fault(400, loses(0.36, 4)) is not None and m.fault == "ENCODER_SLIP"
-    assert abs(m.slip) * 0.36 < 30
+    assert 12 < abs(m.slip) * 0.36 < 30 and (told or abs(m.axis.faults.detail[0] + m.slip * 0.36) < 6)
 
 
 @pytest.mark.parametrize("load_a", ((7.1, 1.0), (7.1, -7.1), (2.0, 8.0), (7.0, 6.0)))

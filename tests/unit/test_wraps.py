@@ -119,6 +119,7 @@ static struct sysreg_regs sysreg;
 #define SYSREG (&sysreg)
 #include "drivers/mss/can.c"
 #include <stdio.h>
+uint32_t host_primask;
 void sysreg_release_reset(uint32_t mask) { (void)mask; }
 int main(void)
 {

@@ -48,10 +48,12 @@ $(BUILD)/host/two_axes/%.o: firmware/%.c tests/unit/unit.mk
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -DSCOPE_WORDS=4096u -MMD -MP -c $< -o $@
 
-# the data sheet of one motor's drive, and of two's
-$(BUILD)/host/firmware/operate/data_sheet.o: UNIT_CFLAGS += -I$(BUILD)/eds/1
-$(BUILD)/host/firmware/operate/data_sheet.o: $(BUILD)/eds/1/data_sheet_text.h
-$(BUILD)/host/two_axes/operate/data_sheet.o: UNIT_CFLAGS += -I$(BUILD)/eds/2
-$(BUILD)/host/two_axes/operate/data_sheet.o: $(BUILD)/eds/2/data_sheet_text.h
+# what is packed for one motor's drive, and for two's
+$(addprefix $(BUILD)/host/firmware/operate/,data_sheet.o messages.o): UNIT_CFLAGS += -I$(BUILD)/packed/1
+$(BUILD)/host/firmware/operate/data_sheet.o: $(BUILD)/packed/1/data_sheet_text.h
+$(BUILD)/host/firmware/operate/messages.o: $(BUILD)/packed/1/message_texts.h
+$(addprefix $(BUILD)/host/two_axes/operate/,data_sheet.o messages.o): UNIT_CFLAGS += -I$(BUILD)/packed/2
+$(BUILD)/host/two_axes/operate/data_sheet.o: $(BUILD)/packed/2/data_sheet_text.h
+$(BUILD)/host/two_axes/operate/messages.o: $(BUILD)/packed/2/message_texts.h
 
 -include $(shell find $(BUILD)/host -name '*.d' 2>/dev/null)

@@ -120,11 +120,6 @@ struct slots host_slots(void)
     return (struct slots){host_bench.envm.array + SLOTS_START, SLOTS_START, SLOT_BYTES};
 }
 
-uint8_t *host_slot_bytes(void)
-{
-    return host_bench.envm.array + SLOTS_START;
-}
-
 /* enum error of a save, or -1: the power has failed behind the write to a register that is number `cut_at` of this save. */
 int32_t host_save(struct axis *a, struct saved *report, uint64_t cut_at, double cut_share)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What is inline in the interrupt, for tests to call. */
-#include "firmware/control/stage_flux.h"
+#include "firmware/control/current_loop_step.h"
 
 void host_flux_observe(struct current_loop *c, int32_t i_alpha, int32_t i_beta, int32_t v_alpha, int32_t v_beta);
 

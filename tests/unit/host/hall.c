@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What is inline in the interrupt, for tests to call. */
-#include "firmware/control/stage_hall.h"
+#include "firmware/control/current_loop_step.h"
 
 void host_hall_observe(struct current_loop *c, struct hall *h, const struct encoder_regs *e);
 void host_hall_samples(struct current_loop *c, struct hall *h, struct encoder_regs *e, const uint32_t *hall,

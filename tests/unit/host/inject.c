@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What is inline in the interrupt, for tests to call. */
-#include "firmware/control/stage_angle.h"
-#include "firmware/control/stage_inject.h"
-#include "firmware/control/stage_regulate.h"
+#include "firmware/control/current_loop_step.h"
 
 int32_t host_inject_voltage(struct current_loop *c);
 int32_t host_inject_calm(struct current_loop *c, int32_t i_alpha, int32_t i_beta, int32_t axis);

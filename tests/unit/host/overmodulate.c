@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What is inline in the interrupt, for tests to call. */
-#include "firmware/control/stage_overmodulate.h"
+#include "firmware/control/current_loop_step.h"
 
 dq_t host_overmodulate_longer(int32_t d, int32_t q);
 uint32_t host_overmodulate_phase(int32_t half_on, int32_t share_q7);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The MSS timers' registers behind each call, whatever was in them before."""
+"""The registers of the MSS timers and of the encoder's counter behind each call, whatever was in them before."""
 import pytest
 
 from rigs.device import Device
@@ -48,3 +48,12 @@ def test_timer_2_as_a_time_base(device, system):
     system.mss_timer2_start_free_running()
     assert (device.timer.TIM2_LOADVAL, device.timer.TIM2_CTRL) == (2**32 - 1, 1)
     assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~RESET and device.timer.TIM1_CTRL == 5
+
+
+@pytest.mark.parametrize("counts, reverse, control", ((3, False, 0), (65537, False, 0), (4, False, 1), (65536, True, 3),
+                                                      (4000, False, 1)))
+def test_an_encoder_of_4_to_65536_counts_is_taken(system, counts, reverse, control):
+    """One of others leaves the counter off. What the fabric has seen before is forgotten."""
+    encoder = system.encoder_regs(CONTROL=1, STATUS=0xFF, COUNTS=77)
+    assert system.encoder_init(encoder, counts, reverse) == bool(control) and encoder.CONTROL == control
+    assert (encoder.COUNTS, encoder.STATUS) == ((counts, 0xF8) if control else (77, 0xFF))
