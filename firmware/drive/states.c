@@ -45,6 +45,7 @@ static void make_ready_with(struct axis *a, const struct tuning *t)
     failover_reset(a);
     handover_forget(&a->handover);
     a->start.learns = false;
+    a->speed.target_rpm_q16 = a->retry.start_rpm_q16; /* a fault in this start would have the last one's to go on to */
 }
 
 static void make_ready(struct axis *a)

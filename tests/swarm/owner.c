@@ -45,7 +45,7 @@ void owner_given_up(struct judged *j, const char *why, uint32_t within_ms)
 {
     const uint32_t n = (uint32_t)(j - judged);
     if (j->owner != OWNER_NONE) {
-        j->owner = OWNER_NONE;
+        j->owner = j->let_go = OWNER_NONE;
         j->lost = why;
         j->when = world_operates(n)                          ? "in operation"
                   : world_is_live(n)                         ? "at its start"
@@ -59,7 +59,7 @@ void owner_given_up(struct judged *j, const char *why, uint32_t within_ms)
 
 void judge_turn(enum owner of)
 {
-    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+    for (uint32_t n = 0; n < AXIS_COUNT && world.powered; n++) {
         struct judged *const j = &judged[n];
         const bool wants = world_wants(n), begins = world.axes[n].switching.under_way;
         /* another's enabling may wait for the owner's off, and come in the same turn */
@@ -81,10 +81,16 @@ void judge_turn(enum owner of)
     }
 }
 
-/* What goes on goes on as it is; but a restart is the former owner's wish. */
+/*
+ * What goes on goes on as it is; but a restart is the former owner's wish. Of a word and a take-over in the same turn the drive
+ * may hear the take-over first: the word is then another's, and refused.
+ */
 void judge_take(enum owner line, uint32_t axis)
 {
     struct judged *const j = &judged[axis];
+    if (j->owner == OWNER_NONE && j->let_go != OWNER_NONE && world.now_ms - j->lost_ms <= 1u) {
+        j->owner = j->let_go;
+    }
     if (j->owner != OWNER_NONE && j->owner != line) {
         j->asked_rpm[line] = j->said_rpm[line] = j->asked_rpm[j->owner];
         j->owner = line;
@@ -151,8 +157,10 @@ void judge_word(enum owner line, uint32_t axis, uint32_t word, const int32_t *rp
         j->returns = j->returns && (j->owner != line || faulty);
     }
     if (stops || (j->owner == line && (word & 0x0Fu) != 0x0Fu)) {
+        const enum owner lets_go = stops ? OWNER_NONE : j->owner;
         owner_given_up(j, j->owner == line ? "its owner's word" : "another's word",
                        (word & 0x06u) == 0x02u ? STOP_MS : OFF_MS + LATE_MS);
+        j->let_go = lets_go;
     }
     if (faulty && (rising & 0x80u) != 0u) {
         owner_given_up(j, "a reset of the fault", STOP_MS);

@@ -240,14 +240,15 @@ void world_power(bool on)
     if (world.powered && !on) {
         envm_power_cut(&host_bench.envm, host_bench.now);
     }
-    world.powered = on;
+    world.powered = false;
     world.flash_cut = 0;
     world.hung_ms = 0;
     depth = samples_taken = 0u;
     in_thread = false;
     lines_reset();
     if (on) {
-        boot();
+        boot(); /* its greeting serves the buses, and nobody is there yet to judge that */
+        world.powered = true;
     }
 }
 

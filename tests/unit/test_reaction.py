@@ -182,6 +182,21 @@ def test_a_rotor_that_was_lost_goes_on_to_its_speed(world, c, source, by_hand, r
     assert not w.axis.retry.resumes
 
 
+def test_a_fault_in_a_start_has_no_older_speed_to_go_on_to(world, c):
+    """The operation before it had one; this one is yet to be given its own."""
+    w = world()
+    w.axis.params.angle_source = w.axis.tuning.angle_source = 1
+    w.axis.params.retry_count, w.axis.params.retry_delay_ms = 1, 10
+    w.axis.speed.target_rpm_q16 = 1500 << 16
+    assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE and w.step() == "SWITCHED_ON"
+    c.fault_raise(w.axis, c.FAULT_LOCK_LOST)
+    w.step(3)
+    assert wait(w, 20) == "SWITCHED_ON"
+    c.states_take(w.axis, c.DRIVE_EVENT_STARTED)
+    assert w.state == "OPERATION_ENABLED" and w.axis.speed.target_rpm_q16 == 0
+
+
 def test_more_reports_than_a_step_has_room_for_switch_off(world, c):
     """Each of them may be a warning that changes nothing; the one that finds no room may be the one that matters."""
     w = world(STALL="WARN")
