@@ -87,6 +87,11 @@ def test_a_reset_is_an_edge_and_clears(plc, c):
     plc.fabric.gate.STATUS = plc.fabric.encoder.STATUS = 0
     plc.control(RESET)
     assert plc.refusal == "NONE" and plc.axis.request == c.AXIS_REQUEST_CLEAR
+    for word in (SHUTDOWN, SWITCH_ON, ENABLE):
+        assert plc.control(word) == FAULT and plc.axis.request == c.AXIS_REQUEST_CLEAR, "not before it is cleared"
+    plc.axis.faults.cause = c.FAULT_NONE
+    assert plc.taken("AXIS_SWITCH_ON_DISABLED") == "CLEAR" and plc.state == DISABLED
+    assert plc.control(ENABLE) == DISABLED and plc.control(SHUTDOWN) == READY
 
 
 def test_what_the_axis_refuses_is_kept(plc):
