@@ -22,7 +22,7 @@ def load(path, sources):
         form = "statement" if old.endswith((";", "}")) else "expression"
         blank = text if file.endswith(".py") else without_remarks(text)
         mutant, = mutants_of(file, blank, [(row.get("function", ""), "by hand", [(start, end, new)], (start, end, form))])
-        if not sources.valid(mutant, made):
+        if not sources.valid(mutant, [one for one in made if one.file == file]):
             raise ValueError(f"{said} for '{new}' does not compile beside the original, or overlaps with another: give an "
                              "expression, or whole statements without a declaration")
         made.append(mutant)

@@ -419,3 +419,13 @@ def test_a_person_s_own_stand_in_the_build_or_it_is_said_why_not(row, said, tmp_
     else:
         mutant, = by_hand.load(tmp_path / "own.toml", sources)
         assert with_all(SAMPLE, [(7, mutant)]).count(row["new"]) == 1 == with_all(SAMPLE, [(7, mutant)]).count(row["old"])
+
+
+def test_a_person_s_own_may_stand_at_the_same_place_of_two_files(tmp_path):
+    (tmp_path / "firmware").mkdir()
+    for name in "ab":
+        (tmp_path / f"firmware/{name}.c").write_text(SAMPLE)
+    (tmp_path / "own.toml").write_text("".join(f"[[mistake]]\nfile = 'firmware/{name}.c'\nold = 'sum < -7'\nnew = 'sum < 7'\n"
+                                               for name in "ab"))
+    assert [mutant.file for mutant in by_hand.load(tmp_path / "own.toml", Sources(tmp_path, ("firmware",)))] == [
+        "firmware/a.c", "firmware/b.c"]
