@@ -27,7 +27,7 @@ IMAGE = (*(f"build/mssfoc{end}" for end in (".elf", ".hex", ".bin", "-envm.hex")
 
 def project(root):
     cross = os.environ.get("CROSS") or "arm-none-eabi-"
-    return Project(root, ("make", "-s", f"-j{len(os.sched_getaffinity(0))}"), ("unit", "twin", "plant"), IMAGE,
+    return Project(root, ("make", "-s", f"-j{len(os.sched_getaffinity(0))}"), ("unit", "twin", "plant", "registers"), IMAGE,
                    (*(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup", "lib")), "build/bringup/*.o"),
                    ("build/mssfoc.elf", "build/bringup.elf", "build/tests/target/*.elf"), cross + "objcopy",
                    os.environ.get("CC_ARM") or cross + "gcc")
