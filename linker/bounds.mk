@@ -11,7 +11,7 @@ bounded_link = $1 -o $@.draft && options=$$($(PYTHON) linker/bounds/stack.py --l
 
 stack: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
-	@$(PYTHON) linker/bounds/stack.py --measure $(MSSFOC_IMAGE).elf $(BUILD)/arm
+	@PYTHONPATH=tests/tools $(PYTHON) linker/bounds/stack.py --measure $(MSSFOC_IMAGE).elf $(BUILD)/arm
 
 # The bounds of the current loop's cycles beside what two runs measured: everything it does, and a fault that it finds.
 wcet: tools-run
