@@ -100,8 +100,6 @@ async def _converse(session, ws):
 
 
 async def _run(far, port, browser):
-    if not (DYGRAPHS / "dygraph.min.js").is_file():
-        raise LauncherError("the page's plots need libjs-dygraphs: run make scope, which installs it")
     session, token = Session(far), secrets.token_urlsafe(24)
     try:
         await session.open()
@@ -111,6 +109,8 @@ async def _run(far, port, browser):
     runner = web.AppRunner(application(session, token), access_log=None)
     await runner.setup()
     try:
+        if not (DYGRAPHS / "dygraph.min.js").is_file():  # behind what the user's own words have wrong
+            raise LauncherError("the page's plots need libjs-dygraphs: run make scope, which installs it")
         site = web.TCPSite(runner, HERE, port)
         try:
             await site.start()
