@@ -8,7 +8,6 @@
 #include "firmware/drive/requests.h"
 #include "firmware/drive/states.h"
 #include "firmware/settings/features.h"
-#include "firmware/source/rotor.h"
 
 #define LOOP_START_MS 2u /* for the PWM's first periods to pass, or the first with another number of samples */
 #define LIMITS_MS     2u /* torque.h: every second slow period */
@@ -94,7 +93,7 @@ void drive_step(struct axis *a)
     if (axis_fabric_doubted(a)) {
         return;
     }
-    rotor_measure(a);
+    start_source_before(a);
     turns_follow(&a->motion.turns, a->speed.estimate.moved, a->speed.estimate.count);
     step_torque_limits(a);
     watch_heartbeat(a);
@@ -105,9 +104,7 @@ void drive_step(struct axis *a)
         start_learn_index(a);
     }
     current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
-    if (rotor_is_sensorless(a)) {
-        sensorless_follow(a);
-    }
+    start_source_after(a);
     supervision_step(a);
     reaction_step(a);
     gate_prove(&a->fabric->gate);

@@ -18,6 +18,21 @@ static const struct start_source *source_of(const struct axis *a)
     return start_sources[a->tuning.angle_source];
 }
 
+/* None until the tuning is of a source that is built in. */
+void start_source_before(struct axis *a)
+{
+    if (source_of(a) != NULL) {
+        source_of(a)->before(a);
+    }
+}
+
+void start_source_after(struct axis *a)
+{
+    if (source_of(a) != NULL && source_of(a)->after != NULL) {
+        source_of(a)->after(a);
+    }
+}
+
 void start_forget(struct axis *a)
 {
     a->start.aligned = false;

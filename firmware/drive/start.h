@@ -43,6 +43,10 @@ struct start {
     uint32_t index_offset_q32; /* the field's angle at the index */
 };
 
+/* What the source of the angle does in each millisecond, before and behind the states. Slow loop. */
+void start_source_before(struct axis *a);
+void start_source_after(struct axis *a);
+
 /* Slow loop, bridge off. */
 void start_begin(struct axis *a);
 

@@ -2,6 +2,7 @@
 /* A start with an encoder: alignment, unless its relation to the magnets is known already, by its count or by the index. */
 #include "firmware/axis/axis.h"
 #include "firmware/drive/start_parts.h"
+#include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
 #define DRIVEN_COUNTS 256
@@ -223,7 +224,8 @@ static bool encoder_holds_voltage(const struct axis *a)
     return a->start.phase == START_ALIGN && alignment_holds_voltage(&a->start.alignment);
 }
 
-const struct start_source start_by_encoder = {.begin = encoder_begin,
+const struct start_source start_by_encoder = {.before = rotor_count,
+                                              .begin = encoder_begin,
                                               .calibrated = encoder_calibrated,
                                               .wired = encoder_wired,
                                               .driven = encoder_driven,

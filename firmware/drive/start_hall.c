@@ -146,7 +146,8 @@ bool start_hall_step(struct axis *a)
     }
 }
 
-const struct start_source start_by_hall = {.begin = start_hall_begin,
+const struct start_source start_by_hall = {.before = rotor_take_speed,
+                                           .begin = start_hall_begin,
                                            .calibrated = start_hall,
                                            .wired = start_hall_wired,
                                            .driven = hall_driven,

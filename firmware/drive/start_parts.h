@@ -32,10 +32,12 @@ void start_open_gates(struct axis *a);
 void start_filter_hall(struct axis *a);
 
 /*
- * How a source of the angle starts. A new one is a file with such a structure, and a row of settings/sources.h. Slow
- * loop.
+ * What a source of the angle does: each millisecond, whatever the state, and when it starts. A new one is a file with such a
+ * structure, and a row of settings/sources.h. Slow loop.
  */
 struct start_source {
+    void (*before)(struct axis *a);       /* the states: measures the speed */
+    void (*after)(struct axis *a);        /* states and current loop: follows them; NULL: nothing to follow */
     void (*begin)(struct axis *a);        /* bridge off, before the sensors' zeros are measured */
     void (*calibrated)(struct axis *a);   /* zeros known: opens the gates, tries again, or raises a fault */
     void (*wired)(struct axis *a);        /* the wiring is right: the first of its phases */

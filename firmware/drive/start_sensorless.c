@@ -158,7 +158,9 @@ bool start_sensorless_holds_voltage(const struct axis *a)
     return phase == START_FIELD || (FEATURE_IN(INJECTION) && phase == START_INJECTION && injection_brakes(a));
 }
 
-const struct start_source start_by_observer = {.begin = sensorless_begin_start,
+const struct start_source start_by_observer = {.before = rotor_take_speed,
+                                               .after = sensorless_follow,
+                                               .begin = sensorless_begin_start,
                                                .calibrated = sensorless_calibrated,
                                                .wired = start_sensorless_wired,
                                                .doubt = sensorless_doubt,

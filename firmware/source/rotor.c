@@ -34,6 +34,11 @@ static void take_hall_speed(struct axis *a)
                     hall_reported_clocks(s));
 }
 
+void rotor_count(struct axis *a)
+{
+    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+}
+
 void rotor_take_speed(struct axis *a)
 {
     if (rotor_has_hall(a) && a->failover.pending == FAULT_NONE) {

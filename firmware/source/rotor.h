@@ -47,17 +47,10 @@ static inline bool injection_leads(const struct axis *a)
     return FEATURE_IN(INJECTION) && a->loop.source == LOOP_INJECTION;
 }
 
-/* Takes the speed from another source than an encoder. Slow loop. */
-void rotor_take_speed(struct axis *a);
+/* Measures the speed by an encoder. Slow loop, first, whatever the state. */
+void rotor_count(struct axis *a);
 
-/* Measures the speed. Slow loop, first, whatever the state. */
-static inline void rotor_measure(struct axis *a)
-{
-    if (rotor_has_encoder(a)) {
-        speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
-    } else {
-        rotor_take_speed(a);
-    }
-}
+/* Takes it from another source. Slow loop, first, whatever the state. */
+void rotor_take_speed(struct axis *a);
 
 #endif
