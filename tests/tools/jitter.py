@@ -25,8 +25,8 @@ HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FEWEST_INTERRUPTS = 100_000
 CHAINED_IN, CHAINED_OUT = 1, 2  # bits of the column `chained`
 # what the drive does when, by the labels of qemu/scenarios/operating_points.toml
-POINTS = (("bridge off", "on - 0.14", "on"), ("zero of the sensors, alignment", "on", "on + on_time_s"),
-          ("standstill", "on + on_time_s + 0.05", "slow"), ("slow, both ways", "slow + 0.05", "up"),
+POINTS = (("bridge off", "on - 0.14", "on"), ("zero of the sensors, alignment", "on", "started"),
+          ("standstill", "started + 0.05", "slow"), ("slow, both ways", "slow + 0.05", "up"),
           ("working speed", "load - 0.05", "load"), ("working speed, rated load", "back - 0.2", "back"),
           ("reversal under load", "back", "unload - 0.15"), ("working speed backwards, rated load", "unload - 0.1", "unload"),
           ("largest speed, backwards", "fast - 0.1", "fast"), ("full reversal", "fast", "braking - 0.15"),
