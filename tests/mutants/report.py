@@ -11,6 +11,7 @@ from tools.pages import replace_block
 
 LEAST_PERCENT, ROOM_PERCENT = 90, 80
 ROOM_LEAST = 10  # mutants: of fewer a share says little
+SHORT = Path(__file__).resolve().parents[1] / "short.txt"
 FIELDS = ("file", "function", "original", "replacement")
 NAMES = {"qemu/twin": "plant (qemu/twin)", "qemu/launcher": "judge (qemu/launcher)", "qemu/client": "client (qemu/client)"}
 
@@ -40,6 +41,15 @@ def counted(judged, known):
 
 def percent(entries):
     return 100 * sum(entry["outcome"] == "noticed" for entry in entries) / len(entries) if entries else 0.0
+
+
+def of_short(found):
+    """Of 100 that could be noticed, by how many a test of tests/short.txt came first: what `make test` notices at least."""
+    names = [line for line in SHORT.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
+    short = tuple(name for name in names if not name.startswith("- "))
+    but = tuple(name[2:] for name in names if name.startswith("- "))
+    by = [entry["by"] or "" for _, entry in found if entry["outcome"] == "noticed"]
+    return 100 * sum(name.startswith(short) and not (but and name.startswith(but)) for name in by) / len(found) if found else 0.0
 
 
 def grouped(found, what=lambda mutant: room(mutant.file)):
@@ -81,6 +91,7 @@ def lines(judged, known):
     found = counted(judged, known)
     yield from table("room", grouped(found))
     yield from ["", *table("kind", grouped(found, lambda mutant: mutant.kind)), ""]
+    yield f"at least {of_short(found):.0f} % by a test that `make test` plays, too"
     others = Counter(entry["outcome"] for _, entry in judged.values()) - Counter(entry["outcome"] for _, entry in found)
     yield from (f"{count} not counted: {'change nothing' if what == 'survived' else what}" for what, count in others.items())
     for mutant, entry in found:
@@ -104,6 +115,8 @@ def write_page(path, judged, known, root, how):
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=root, capture_output=True, text=True).stdout.strip()
     text = [f"`{how}`, {date.today().isoformat()}, commit {commit}:", "", "| room | mutants | noticed |", "|---|---|---|"]
     text += [f"| {name} | {len(entries)} | {percent(entries):.0f} % |" for name, entries in grouped(found)]
+    text += ["", f"At least {of_short(found):.0f} % by a test that `make test` plays, too: so many were noticed by one of them "
+             "first."]
     text += ["", "| survivor | mistake | what it would do to a user |", "|---|---|---|"]
     for mutant, entry in sorted(found, key=lambda one: (one[0].file, one[0].line)):
         if entry["outcome"] == "survived":

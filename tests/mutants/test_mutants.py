@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mutants import assembly, by_hand, ladder, python, reach
+from mutants import assembly, by_hand, ladder, python, reach, report
 from mutants.c import Parser
 from mutants.choose import Sources, sequence, shares, with_all
 from mutants.engine import Engine
@@ -287,6 +287,10 @@ def test_what_matters_is_noticed_and_what_does_not_is_not(small, tmp_path):
     said_last = list(lines(judged, {}))
     assert said_last[3].split() == ["all", "5", "3", "60", "%", "1", "2"]
     assert "- return text.split()[:most] if text else [os.name]\n+ return text.split()[:most]" in said_last
+    found = [(one, {"outcome": outcome, "by": by}) for one, outcome, by in (
+        (None, "noticed", "tests/unit/test_pi.py::test_it"), (None, "noticed", "tests/lib/test_lib32.py::test_it"),
+        (None, "noticed", "tests/fabric/test_x.py::test_it"), (None, "survived", None))]
+    assert report.of_short(found) == 25 and report.of_short([]) == 0, "of the first three short.txt leaves out two"
     page = tmp_path / "page.md"
     page.write_text("<!-- mutants: written by make mutants -->\nold\n<!-- end -->\n")
     write_page(page, judged, {}, small[0], "make mutants")
