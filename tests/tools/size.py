@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Flash and RAM of the image by room; flash, RAM and stack of the library by function.
+"""Flash and RAM of the image by room; flash, RAM and stack of the library by function; files, lines and tokens of the sources.
 
 usage: size.py IMAGE.elf LIBRARY.a      (reads IMAGE.map beside the image)
 """
@@ -17,6 +17,9 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "linker/bounds"))
 from disasm import Image  # noqa: E402
 from frames import deepest  # noqa: E402
 
+ROOT = Path(__file__).resolve().parents[2]
+TOKEN = re.compile(r"""//[^\n]*|/\*.*?\*/|(?P<token>[A-Za-z_]\w*|\.?\d[\w.]*|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|"""
+                   r"""<<=|>>=|\.\.\.|->|\+\+|--|&&|\|\||##|[-+*/%&|^<>=!]=|<<|>>|[^\s\w\\])""", re.DOTALL)
 FLASH = 240 * 1024
 RAM = 64 * 1024
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
@@ -124,8 +127,21 @@ def library_table(library):
         print(f"{row.name:<22}{row.flash:>8}{row.ram:>8}{'' if row.stack is None else row.stack:>8}")
 
 
+def tokens(text):
+    """How many a C compiler reads, preprocessor's included."""
+    return sum(match["token"] is not None for match in TOKEN.finditer(text))
+
+
+def source_table(root=ROOT):
+    print(f"\n{'C sources':<22}{'files':>8}{'lines':>8}{'tokens':>8}")
+    for folder in ("firmware", "drivers", "lib", "startup"):
+        texts = [path.read_text(encoding="utf-8") for path in sorted((root / folder).rglob("*.[ch]"))]
+        print(f"{folder:<22}{len(texts):>8}{sum(text.count(chr(10)) for text in texts):>8}{sum(map(tokens, texts)):>8}")
+
+
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         raise SystemExit(__doc__)
     image_table(sys.argv[1])
     library_table(sys.argv[2])
+    source_table()

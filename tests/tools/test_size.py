@@ -95,6 +95,12 @@ def test_what_was_placed_adds_up_to_the_image():
         assert 0 <= whole[section] - placed[section] <= max(8, whole[section] // 50), section
 
 
+@pytest.mark.parametrize("text, count", (
+    ("int a /* b + c */ = 0x1Fu; // d\n", 5), ("x->y <<= 'a' + 1.5e3f;", 8), ("#define A(b) \\\n    #b \"c \\\" d\"", 9), ("", 0)))
+def test_tokens_of_a_source(text, count):
+    assert size.tokens(text) == count
+
+
 @pytest.mark.parametrize("bytes_of_merged", ("0x00000010", "0x00000000"))
 def test_strings_that_are_merged_take_nothing(bytes_of_merged, tmp_path):
     (tmp_path / "image.map").write_text(f"""Linker script and memory map
