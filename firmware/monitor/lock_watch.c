@@ -2,7 +2,7 @@
 #include "firmware/monitor/lock_watch.h"
 
 #include "firmware/axis/axis.h"
-#include "firmware/monitor/emf_along.h"
+#include "firmware/control/emf.h"
 #include "firmware/source/rotor.h"
 #include "lib/advance.h"
 #include "lib/q15.h"
@@ -39,7 +39,7 @@ static struct field_view field_watch_look(const struct axis *a)
     return (struct field_view){
         .d_q15 = v_d_q15 - drop_q15,
         .q_q15 = w_q15 < 0 ? -q_q15 : q_q15,
-        .expected_q15 = (q15_abs(w_q15) * t->emf_q12) >> 12,
+        .expected_q15 = emf_expected_q15(t, w_q15),
         .doubt_q15 = ((q15_abs(drop_q15) * OBSERVER_DOUBT_R_Q8) >> 8) + (c->vbus_q15 >> OBSERVER_DOUBT_BUS_SHIFT),
     };
 }
@@ -106,8 +106,8 @@ static bool emf_contradicts(const struct axis *a)
         return false; /* saturated iron makes an EMF from q currents */
     }
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
-    const int32_t expected_q15 = emf_expected_q15(a, w_q15);
-    return q15_abs(emf_along_q15(a, w_q15) - expected_q15) >
+    const int32_t expected_q15 = emf_expected_q15(&a->tuning, w_q15);
+    return q15_abs(emf_along_q15(&a->loop, &a->tuning, w_q15) - expected_q15) >
            expected_q15 * 3 / 10 + expected_q15 * 256 / q15_max(a->loop.flux.margin_q8, 1);
 }
 
