@@ -4,7 +4,6 @@
 #include "firmware/monitor/device.h"
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
-#include "firmware/operate/quantities.h"
 #include "firmware/source/rotor.h"
 #include "firmware/source/sensorless.h"
 #include "firmware/system/measure.h"

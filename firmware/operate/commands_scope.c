@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The scope at the console: signals, captures, records, the stream, frequency responses. */
 #include "firmware/operate/commands.h"
-#include "firmware/operate/quantities.h"
 #include "lib/polar.h"
 
 /* ---- words ---- */
