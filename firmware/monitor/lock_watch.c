@@ -138,9 +138,10 @@ static void watch_injection(struct axis *a)
 
 static void watch_observer(struct axis *a)
 {
-    const struct observer *const o = &a->loop.flux;
-    const bool lost = q15_abs(o->rho_q15) > LOST_RHO_Q15 || o->margin_q8 < LOST_MARGIN || emf_contradicts(a);
-    count(a, lost, o->rho_q15 * 100 / Q15_ONE);
+    const volatile struct current_loop *const c = &a->loop;
+    const int32_t rho_q15 = c->flux.rho_q15;
+    const bool lost = q15_abs(rho_q15) > LOST_RHO_Q15 || c->flux.margin_q8 < LOST_MARGIN || emf_contradicts(a);
+    count(a, lost, rho_q15 * 100 / Q15_ONE);
 }
 
 static void watch_lead(struct axis *a)
