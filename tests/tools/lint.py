@@ -312,7 +312,7 @@ def main():
         print(f"{path}:{number}: {what}")
         count += 1
     if count:
-        print(f"mssfoc: {count} findings; '.ci/clang-format -i FILE' mends the formatting", file=sys.stderr)
+        print(f"mssfoc: {count} findings; '.ci/clang-format -i FILE' fixes the formatting", file=sys.stderr)
         return 1
     print("lint: no findings")
     return 0
