@@ -17,7 +17,7 @@
 #include <stdint.h>
 
 #include "firmware/control/cogging.h"
-#include "firmware/control/turns.h"
+#include "firmware/control/position.h"
 
 #define COGGING_CANDIDATES 160
 #define COGGING_ORDER_MOST 640

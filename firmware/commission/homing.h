@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/control/turns.h"
+#include "firmware/control/position.h"
 #include "firmware/settings/tuning.h"
 
 enum homing_method {

@@ -14,13 +14,6 @@ int32_t burst_sign(const struct burst *b, int32_t k)
     return quarter == 0 || quarter == 3 ? 1 : -1;
 }
 
-static void burst_set_gains(volatile struct current_loop *c, int32_t kp_d_q9, int32_t kp_q_q9, int32_t ki_q15)
-{
-    c->ki_q15 = ki_q15;
-    c->kp_d_q9 = kp_d_q9;
-    c->kp_q_q9 = kp_q_q9;
-}
-
 /* The next sample, and the interrupt that it brings is over: what is held from here on is for the one after it. */
 static struct adc_sample next_sample(const struct adc_regs *adc)
 {
@@ -36,7 +29,7 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
     const int32_t wave_d_q9 = ((b->v_steps * wave.cos) >> 15) * (1 << PI_SHIFT);
     const int32_t wave_q_q9 = ((b->v_steps * wave.sin) >> 15) * (1 << PI_SHIFT);
     const int32_t kp_d_q9 = c->kp_d_q9, kp_q_q9 = c->kp_q_q9, ki_q15 = c->ki_q15;
-    burst_set_gains(c, 0, 0, 0); /* from here on the integrals stand */
+    current_loop_gains(c, 0, 0, 0); /* from here on the integrals stand */
     const int32_t steady_d_q9 = c->integral_d_q9, steady_q_q9 = c->integral_q_q9;
     for (int32_t k = 0; k < BURST_SAMPLES; k++) {
         const struct adc_sample sample = next_sample(adc);
@@ -47,7 +40,7 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
         b->i_d_q15[k] = (int16_t)q15_sat16(i.d);
         b->i_q_q15[k] = (int16_t)q15_sat16(i.q);
     }
-    burst_set_gains(c, kp_d_q9, kp_q_q9, ki_q15);
+    current_loop_gains(c, kp_d_q9, kp_q_q9, ki_q15);
 }
 
 int32_t burst_room_steps(const volatile struct current_loop *c)

@@ -19,15 +19,14 @@
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
 
-#define STEP_Q32            (0x80000000u / IDENTIFY_AXES)
-#define BURSTS_ANGLE        4u
-#define BURSTS_AXIS         64u
-#define QUARTER_Q32         0x40000000u
-#define PULLED_Q32          ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
-#define STAND_TENTHS        6
-#define UNCOMPENSATED_SHIFT 31u
-#define RISE_MS             50
-#define SETTLE_MS           150u
+#define STEP_Q32     (0x80000000u / IDENTIFY_AXES)
+#define BURSTS_ANGLE 4u
+#define BURSTS_AXIS  64u
+#define QUARTER_Q32  0x40000000u
+#define PULLED_Q32   ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
+#define STAND_TENTHS 6
+#define RISE_MS      50
+#define SETTLE_MS    150u
 
 /* Part of the inductance that slots may make vary with the angle. */
 #define SLOTS_PERMILLE 20
@@ -52,7 +51,7 @@ static bool settle(const struct identify *d, volatile struct current_loop *c, bo
 {
     current_loop_field(c, PULLED_Q32, 0);
     current_loop_ask_d(c, held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0);
-    c->dead_shift = UNCOMPENSATED_SHIFT;
+    current_loop_compensate(c, false);
     return d->phase_ms > SETTLE_MS;
 }
 

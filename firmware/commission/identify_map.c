@@ -298,24 +298,23 @@ enum identify_reason identify_think_torque(struct identify *d)
     return IDENTIFY_NO_REASON;
 }
 
-#define BURSTS_HALF         16u /* of waves: half of them along, half across */
-#define QUARTER_Q32         0x40000000u
-#define SIXTH_Q32           0x2AAAAAABu
-#define NEAR_Q32            0x0CCCCCCDu /* 18 degrees */
-#define NEARER_Q32          0x093E93E9u /* 13, beside a small current */
-#define NEAREST_Q32         0x071C71C7u /* 10, of a current that ripples, and half of the speed */
-#define ARRIVED_PART        16          /* of the rated current */
-#define ARRIVE_MS           10u
-#define UNCOMPENSATED_SHIFT 31u
-#define RISE_MS             20
-#define SETTLE_MS           40u
-#define SUM_MS              128u /* of a reluctant machine's resistance */
-#define ALONG_PART          3    /* of the largest speed */
-#define RELUCTANT_PART      6    /* there a frame that is off by a degree would show in the resistance */
-#define LEAST_WAYS          4u   /* from end to end: a pair of ways with waves, a pair with sums */
-#define SUM_WAYS            2u
-#define ENOUGH_WAYS         6u
-#define PATIENCE_MS         2500u
+#define BURSTS_HALF    16u /* of waves: half of them along, half across */
+#define QUARTER_Q32    0x40000000u
+#define SIXTH_Q32      0x2AAAAAABu
+#define NEAR_Q32       0x0CCCCCCDu /* 18 degrees */
+#define NEARER_Q32     0x093E93E9u /* 13, beside a small current */
+#define NEAREST_Q32    0x071C71C7u /* 10, of a current that ripples, and half of the speed */
+#define ARRIVED_PART   16          /* of the rated current */
+#define ARRIVE_MS      10u
+#define RISE_MS        20
+#define SETTLE_MS      40u
+#define SUM_MS         128u /* of a reluctant machine's resistance */
+#define ALONG_PART     3    /* of the largest speed */
+#define RELUCTANT_PART 6    /* there a frame that is off by a degree would show in the resistance */
+#define LEAST_WAYS     4u   /* from end to end: a pair of ways with waves, a pair with sums */
+#define SUM_WAYS       2u
+#define ENOUGH_WAYS    6u
+#define PATIENCE_MS    2500u
 
 /* Of rated current, in twelfths: halves and thirds. */
 #define TWELFTHS 12
@@ -348,8 +347,8 @@ static bool begins(struct identify *d, const struct measure_io *io)
     }
     d->work.map.sign = 1;
     if (d->ripple_q10 != 0) {
-        io->loop->ripple_q10 = 0; /* nothing else changes it now */
-        io->loop->dead_shift = UNCOMPENSATED_SHIFT;
+        current_loop_forget_ripple(io->loop); /* nothing else changes the compensation now */
+        current_loop_compensate(io->loop, false);
     }
     return true;
 }

@@ -32,9 +32,6 @@
 /* Encoder counts that a rotor at rest may move in total. */
 #define DRIFT_COUNTS 16
 
-/* A knee so wide that nothing is compensated: see current_loop.h. */
-#define UNCOMPENSATED_SHIFT 31u
-
 #define DEAD_BOUND_E1_NS 200 /* the bus drops within a period, unseen by the sample, and bends u(I) by this much */
 
 /* Unit for the inverse of a level; all levels divide it. */
@@ -120,7 +117,7 @@ bool identify_measure_resistance(struct identify *d, const struct measure_io *io
         stand(d, c);
     }
     const bool done = m->angle == IDENTIFY_ANGLES;
-    c->dead_shift = done ? 0u : UNCOMPENSATED_SHIFT;
+    current_loop_compensate(c, done);
     return done;
 }
 

@@ -19,6 +19,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "drivers/cortex/cpu.h"
 #include "drivers/fabric/fabric.h"
 #include "firmware/control/current_loop_layout.h"
 #include "firmware/control/injection.h"
@@ -162,11 +163,12 @@ static inline bool current_loop_is_on(const volatile struct current_loop *c)
 void current_loop_init(struct current_loop *c);
 
 /*
- * Doors: what others ask of a loop that runs. Nobody else writes these fields (tests/tools/lint.py). The interrupt takes each
- * word as it stands at its next sample; two of one call may act a sample apart. Slow loop, or while the bridge is off.
+ * Doors: what others ask of a loop that runs. Nobody else writes its fields, nor has a pointer into them, but observer.c,
+ * injection.c, flux_limit.c and bridge.h to their own parts (tests/tools/lint.py). The interrupt takes each word as it stands
+ * at its next sample; two of one call may act a sample apart. Slow loop, or while the bridge is off, if nothing else is said.
  */
 
-/* The currents that it regulates to: Q15 of i_range, d and q in the field's frame. */
+/* The currents that it regulates to: Q15 of i_range, d and q in the field's frame. The scope's sampler adds to them, too. */
 static inline void current_loop_ask_d(volatile struct current_loop *c, int32_t i_d_q15)
 {
     c->i_d_ref_q15 = i_d_q15;
@@ -239,6 +241,59 @@ static inline void current_loop_place(volatile struct current_loop *c, uint32_t 
 
 /* Adds to both, between two samples. */
 void current_loop_correct(volatile struct current_loop *c, uint32_t by_angle_q32, int32_t by_speed_q32);
+
+/* Adds to the speed alone, without holding the interrupt back. */
+static inline void current_loop_accelerate(volatile struct current_loop *c, int32_t by_speed_q32)
+{
+    cpu_add(&c->pll.speed_q32, by_speed_q32);
+}
+
+/* Whether the field's angle counts from the estimated rotor's, all ones, or from 0. For LOOP_HALL, behind its selection. */
+static inline void current_loop_count_from_rotor(volatile struct current_loop *c, uint32_t follows)
+{
+    c->field_follows = follows;
+}
+
+/* The regulators' gains, until current_loop_follow() sets the tuning's. With gains of 0 the integrals stand. */
+static inline void current_loop_gains(volatile struct current_loop *c, int32_t kp_d_q9, int32_t kp_q_q9, int32_t ki_q15)
+{
+    c->ki_q15 = ki_q15;
+    c->kp_d_q9 = kp_d_q9;
+    c->kp_q_q9 = kp_q_q9;
+}
+
+/*
+ * Dead time: compensated in full, or, with a knee so wide that no current reaches it, not at all. For a tuning without ripple:
+ * with it, current_loop_follow() sets the knee.
+ */
+static inline void current_loop_compensate(volatile struct current_loop *c, bool on)
+{
+    c->dead_shift = on ? 0u : 31u;
+}
+
+/* The tuning's ripple is none, until the next current_loop_tune(). */
+static inline void current_loop_forget_ripple(volatile struct current_loop *c)
+{
+    c->ripple_q10 = 0;
+}
+
+/* An earlier use of the injection has left nothing behind. */
+static inline void current_loop_forget_injection(volatile struct current_loop *c)
+{
+    c->inject.track = 0;
+}
+
+/* The gates have been shut, and their status is no fault any more: it is not on. The interrupt itself, or held back. */
+static inline void current_loop_let_go(volatile struct current_loop *c)
+{
+    c->status_max = UINT32_MAX;
+}
+
+/* The interrupt's instances for this loop. Thread, once, before the interrupt is enabled. */
+static inline void current_loop_install(volatile struct current_loop *c, const struct loop_handlers *handlers)
+{
+    c->handlers = handlers;
+}
 
 /* Takes what does not depend on the bus: encoder scale, sampling rate. Slow loop or thread, bridge off. */
 void current_loop_tune(volatile struct current_loop *c, const struct tuning *t);

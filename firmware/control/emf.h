@@ -20,6 +20,7 @@
 
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
+#include "lib/q15.h"
 
 enum emf_verdict {
     EMF_AGREES,
@@ -81,5 +82,21 @@ uint32_t emf_angle_q32(const struct emf_vector *v, bool backwards);
 
 /* The same in degrees, -180...180: a fault's detail. */
 int32_t emf_angle_deg(const struct emf_vector *v, bool backwards);
+
+/* ---- along the axis q of any frame, counted along its speed w: |w| psi if the frame is the rotor's ---- */
+
+/* What the magnets would make at this speed. Slow loop. */
+static inline int32_t emf_expected_q15(const struct tuning *t, int32_t w_q15)
+{
+    return (q15_abs(w_q15) * t->emf_q12) >> 12;
+}
+
+/* What the voltage shows behind resistance and armature: e_q = v_q - R i_q - w Ld i_d. Slow loop. */
+static inline int32_t emf_along_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15)
+{
+    const int32_t armature_q15 = tuning_reactive_q15(w_q15, c->i_d_q15, t->x_d_q11);
+    const int32_t seen_q15 = c->v_q_q15 - ((t->r_q12 * c->i_q_q15) >> 12) - armature_q15;
+    return w_q15 < 0 ? -seen_q15 : seen_q15;
+}
 
 #endif

@@ -111,8 +111,8 @@ static void leave_sensor(struct axis *a, enum fault cause)
     a->failover.cause = cause;
     a->failover.pending = FAULT_NONE;
     retune_source(a, PARAM_ANGLE_SENSORLESS, 0); /* there are no edges */
-    a->loop.inject.track = 0;                    /* left over from an earlier use */
-    handover_forget(&a->handover);               /* what has failed must be found again */
+    current_loop_forget_injection(&a->loop);
+    handover_forget(&a->handover); /* what has failed must be found again */
     start_forget(a);
     fault_warn(a, cause);
 }
@@ -227,7 +227,7 @@ bool failover_begin(struct axis *a, enum fault cause)
 static void let_current_fade(struct axis *a)
 {
     gate_disable(&a->fabric->gate);
-    a->loop.status_max = UINT32_MAX;
+    current_loop_let_go(&a->loop);
     a->failover.waited_ms = 0;
 }
 

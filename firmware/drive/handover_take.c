@@ -48,7 +48,7 @@ static void by_observer(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
     const struct pll rotor = {current_loop_angle_q32(c), c->pll.speed_q32};
-    c->inject.track = 0; /* left over from an earlier use */
+    current_loop_forget_injection(c);
     current_loop_hand_over(c, LOOP_OBSERVER, &rotor, 0);
     observer_slow_down(c);
     observer_begin(c, &a->tuning);

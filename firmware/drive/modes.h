@@ -21,7 +21,6 @@
 #include "firmware/control/cyclic.h"
 #include "firmware/control/position.h"
 #include "firmware/control/profile.h"
-#include "firmware/control/turns.h"
 #include "firmware/drive/set_point.h"
 #include "firmware/settings/error.h"
 

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* What the modes have in common: the torque they may ask for, and speed control. Slow loop. */
-#include "firmware/control/friction.h"
 #include "firmware/drive/mode.h"
+#include "firmware/settings/scale.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
+
+#define FRICTION_POSITION_SHIFT 2
 
 /* Homing has less, so that the hard stop holds and the machine does not give. */
 static int32_t i_limit_q15(const struct axis *a)
@@ -34,6 +36,21 @@ void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target)
 void modes_request_torque(struct axis *a, int32_t torque_q15)
 {
     torque_ask(&a->torque, &a->loop, &a->tuning, torque_q15);
+}
+
+/*
+ * Feeds forward Coulomb friction for the commanded direction, so the speed loop need not find it again at each reversal while
+ * the shaft is at rest.
+ *
+ * It uses the reference, not the speed: with the speed, a friction set too large would drive the shaft. Near 0 it is
+ * proportional to the reference, with the speed loop's own gain; a quarter of that if a position loop sets the reference,
+ * because it adds that much stiffness to the loop. At most t->friction_q15, in the reference's direction.
+ */
+static int32_t friction_torque_q15(const struct speed_loop *s, const struct tuning *t, bool position)
+{
+    const int32_t slope_q16 = (int32_t)(((int64_t)s->kp_q16 * speed_loop_share_q14(&s->estimate)) >> 14);
+    const int64_t answer_q15 = ((int64_t)s->ref_rpm_q16 * slope_q16) >> (28 + (position ? FRICTION_POSITION_SHIFT : 0));
+    return scale_clamp(answer_q15, -t->friction_q15, t->friction_q15);
 }
 
 int32_t modes_known_torque_q15(struct axis *a)

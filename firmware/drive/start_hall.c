@@ -24,7 +24,7 @@ static bool select_hall(struct axis *a, uint32_t follows)
         fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
         return false;
     }
-    c->field_follows = follows;
+    current_loop_count_from_rotor(c, follows);
     return true;
 }
 

@@ -3,7 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
-#include "firmware/monitor/emf_along.h"
+#include "firmware/control/emf.h"
 #include "lib/q15.h"
 
 #define INVALID_SAMPLES 2u /* in a millisecond: at top speed a state lasts longer */
@@ -108,8 +108,8 @@ static bool emf_is_elsewhere(struct axis *a)
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     const int32_t drop_q15 = (a->tuning.r_q12 * q15_abs(a->loop.i_q_q15)) >> 12;
     const int32_t hidden_q15 = drop_q15 - drop_q15 / 4 + (a->loop.vbus_q15 >> DOUBT_BUS_SHIFT);
-    w->emf_q4 += (emf_along_q15(a, w_q15) * 16 - w->emf_q4) >> EMF_SHIFT;
-    w->expected_q4 += (emf_expected_q15(a, w_q15) * 16 - w->expected_q4) >> EMF_SHIFT;
+    w->emf_q4 += (emf_along_q15(&a->loop, &a->tuning, w_q15) * 16 - w->emf_q4) >> EMF_SHIFT;
+    w->expected_q4 += (emf_expected_q15(&a->tuning, w_q15) * 16 - w->expected_q4) >> EMF_SHIFT;
     const bool tells = w->expected_q4 > 16 * hidden_q15;
     return tells && w->emf_q4 < w->expected_q4 / 2;
 }

@@ -84,7 +84,7 @@ void canopen_see_again(struct canopen *c);
 /* What is latched or lasts, to a line that has heard nothing for a while. */
 void canopen_tell_again(struct canopen *c);
 
-/* ---- canopen_map.c ---- */
+/* ---- canopen_pdo.c ---- */
 /* An identifier that CiA 301 keeps for other services, table 81; those of SYNC and EMCY are none. */
 bool canopen_is_restricted(uint32_t id);
 /* What a master may set of a PDO; 0, or why not. */
@@ -93,8 +93,6 @@ uint32_t canopen_pdo_type(const struct canopen_pdo *p, uint32_t type, bool recei
 uint32_t canopen_pdo_entry(const struct canopen_pdo *p, uint32_t entry, bool receives);
 uint32_t canopen_pdo_count(const struct canopen_pdo *p, uint32_t count);
 void canopen_pdo_defaults(struct canopen *c);
-
-/* ---- canopen_pdo.c ---- */
 /* True if the frame was one. */
 bool canopen_pdo_take(struct canopen *c, const struct can_frame *f);
 void canopen_pdo_sync(struct canopen *c);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* On and off, set-points of speed and torque, the source of the angle, and the present state. */
+/* On and off, set-points of speed, torque and position, the source of the angle, and the present state. */
 #include "drivers/mss/sysreg.h"
 #include "firmware/monitor/device.h"
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
-#include "firmware/operate/quantities.h"
 #include "firmware/source/rotor.h"
 #include "firmware/source/sensorless.h"
 #include "firmware/system/measure.h"
@@ -196,6 +195,23 @@ static void run_angle(struct session *s, const struct arguments *a)
     answer(s, outcome);
 }
 
+/* ---- positions, homing ---- */
+
+static void run_position(struct session *s, const struct arguments *a)
+{
+    answer(s, drive_command_position(s->axis, a->value[1], false));
+}
+
+static void run_position_by(struct session *s, const struct arguments *a)
+{
+    answer(s, drive_command_position(s->axis, a->value[2], true));
+}
+
+static void run_home(struct session *s, const struct arguments *a)
+{
+    answer(s, drive_command_home(s->axis, a->value[1] == 0 ? HOMING_INDEX : HOMING_BLOCK));
+}
+
 /* ---- the rows ---- */
 
 /* clang-format off */
@@ -213,6 +229,21 @@ const struct command commands_motion[] = {
     {"speed", " RPM", "speed control to RPM", {ARGUMENT_RPM}, .demand = drive_command_speed},
     {"torque", " A", "current control, q axis, peak amperes", {ARGUMENT_AMPERES}, .demand = drive_command_current},
     {"pv", " RPM", "profile velocity: the same as speed", {ARGUMENT_RPM}, .demand = drive_command_speed},
+};
+
+const struct command commands_position[] = {
+    {"pp", " COUNTS", "profile position: to COUNTS from the zero, also on the way elsewhere",
+     {ARGUMENT_COUNTS}, .run = run_position, .begins = PROGRESS_MOVE},
+    {"pp", " by COUNTS", "so many from the last target", {ARGUMENT_BY, ARGUMENT_COUNTS},
+     .run = run_position_by, .begins = PROGRESS_MOVE},
+    {"hm", " index|block", "homing: search for the encoder's index or a mechanical block, which then is position 0",
+     {ARGUMENT_CHOICE}, .run = run_home, .begins = PROGRESS_HOME},
+    {"csp", " COUNTS", "cyclic synchronous position: there in cyclic_ms, when the next set-point is due",
+     {ARGUMENT_COUNTS}, .demand = drive_command_cyclic_position},
+};
+
+const struct command commands_zero[] = {
+    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero, .commands = true},
 };
 
 const struct command commands_cyclic[] = {

@@ -3,7 +3,6 @@
 #include "drivers/mss/sysreg.h"
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
-#include "firmware/operate/quantities.h"
 
 static const char *exception_name(uint32_t number)
 {

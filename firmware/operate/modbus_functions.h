@@ -33,20 +33,4 @@ enum modbus_exception {
  */
 size_t modbus_function(struct bus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply);
 
-/*
- * ---- modbus_registers.c: their contents; functions 3 and 4 see the same ----
- *
- * A 32-bit value takes two registers, the high one first, and is read and written as a whole: a request for half of one gets
- * MODBUS_ILLEGAL_ADDRESS.
- */
-
-/* `count` registers from `at` on, as bytes of the line; all of one instant. Range: 1...125. */
-enum modbus_exception modbus_read(const struct bus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes);
-
-/*
- * Checks the values and writes them, all or none. Each value is checked against its range; several parameters also together,
- * as switching on would. Range: 1...123.
- */
-enum modbus_exception modbus_write(struct bus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes);
-
 #endif

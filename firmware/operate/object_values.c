@@ -4,7 +4,6 @@
 #include "firmware/drive/nvm.h"
 #include "firmware/drive/reaction.h"
 #include "firmware/operate/profile_objects.h"
-#include "firmware/operate/quantities.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
 #include "lib/q15.h"

@@ -67,10 +67,20 @@ struct outcome sweep_begin(struct sweep *s, enum sweep_loop loop, int32_t millia
     return outcome;
 }
 
-static volatile int32_t *reference(const struct sweep *s)
+static int32_t reference_q15(const struct sweep *s)
+{
+    const volatile struct current_loop *const c = &s->axis->loop;
+    return s->loop == SWEEP_D ? c->i_d_ref_q15 : c->i_q_ref_q15;
+}
+
+static void ask_reference(const struct sweep *s, int32_t value_q15)
 {
     volatile struct current_loop *const c = &s->axis->loop;
-    return s->loop == SWEEP_D ? &c->i_d_ref_q15 : &c->i_q_ref_q15;
+    if (s->loop == SWEEP_D) {
+        current_loop_ask_d(c, value_q15);
+    } else {
+        current_loop_ask_q(c, value_q15);
+    }
 }
 
 static void finish(struct sweep *s, enum sweep_state how)
@@ -80,8 +90,8 @@ static void finish(struct sweep *s, enum sweep_state how)
     cpu_compiler_barrier();
     if (s->loop == SWEEP_SPEED) {
         s->axis->torque.probe_q15 = 0;
-    } else if (*reference(s) == s->written_q15) {
-        *reference(s) = s->base_q15;
+    } else if (reference_q15(s) == s->written_q15) {
+        ask_reference(s, s->base_q15);
     }
     (void)cpu_mask_below(held);
 }
@@ -166,12 +176,11 @@ void sweep_sample(struct sweep *s, uint32_t samples)
     if (s->loop == SWEEP_SPEED || !current_loop_is_on(c)) {
         return;
     }
-    volatile int32_t *const ref = reference(s);
-    const int32_t seen_q15 = *ref;
+    const int32_t seen_q15 = reference_q15(s);
     const int32_t next_q15 = sweep_correlate(s, seen_q15, s->loop == SWEEP_D ? c->i_d_q15 : c->i_q_q15, samples);
     s->base_q15 = seen_q15 == s->written_q15 ? s->base_q15 : seen_q15;
     s->written_q15 = s->base_q15 + next_q15;
-    *ref = s->written_q15;
+    ask_reference(s, s->written_q15);
 }
 
 void sweep_step(struct sweep *s)

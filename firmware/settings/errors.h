@@ -171,8 +171,8 @@
     /* reset; the memory protection unit switched on in Libero */ \
     X(72, WATCHDOG_OFF, "the cause is still there: the watchdog is off, or does not reset") \
     /* the watchdog switched on in Libero, in reset mode */ \
-    X(73, FABRIC_DOUBTED, "the fabric is not touched after this fault; mend the cause, then reset the device") \
-    /* mend what `fault` names, then reset */ \
+    X(73, FABRIC_DOUBTED, "the fabric is not touched after this fault; fix the cause, then reset the device") \
+    /* fix what `fault` names, then reset */ \
     X(74, SCOPE_ARMED, OF(SCOPE, "a capture is under way; wait for its end, or 'scope off'")) \
     /* `scope off` first */ \
     X(75, SCOPE_NOT_ARMED, OF(SCOPE, "no capture waits for its trigger; 'scope arm' begins one")) \

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/source/sensorless.h"
 
-#include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/settings/config.h"
 #include "firmware/source/rotor.h"
@@ -205,13 +204,13 @@ static int32_t torque_of(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q1
 static bool is_calm(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
-    const struct observer *const o = &a->loop.flux;
+    const volatile struct current_loop *const c = &a->loop;
     const int32_t lag_q32 = lag_of(a);
     const int32_t off_q32 = turned_by(lag_q32, s->lag_q32);
     s->lag_q32 += off_q32 >> LAG_SHIFT;
     s->grows_q32 = off_q32 >> LAG_SHIFT;
-    return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
-           q15_abs(o->rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
+    return c->flux.margin_q8 >= LEADS_ALL && c->flux.margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
+           q15_abs(c->flux.rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
            angle_size_q32(lag_q32) < LAG_MOST_Q32;
 }
 
@@ -330,14 +329,15 @@ static void follow_ramp(struct axis *a)
     const int64_t moved_q16 = (int64_t)a->speed.ref_rpm_q16 - s->ref_rpm_q16;
     s->ref_rpm_q16 = a->speed.ref_rpm_q16;
     if (a->mode == AXIS_MODE_SPEED && !a->speed.at_limit && moved_q16 != 0) {
-        cpu_add(&a->loop.pll.speed_q32, (int32_t)((moved_q16 * a->tuning.field.speed_per_rpm_q12) >> 12));
+        current_loop_accelerate(&a->loop, (int32_t)((moved_q16 * a->tuning.field.speed_per_rpm_q12) >> 12));
     }
 }
 
 /* The EMF fades: a wrong resistance shows in the flux before the margin is gone. */
-static bool observer_is_weak(const volatile struct observer *o)
+static bool observer_is_weak(const volatile struct current_loop *c)
 {
-    return o->margin_q8 < WEAK_MARGIN || (o->margin_q8 < DOUBT_MARGIN && q15_abs(o->rho_q15) > DOUBT_RHO_Q15);
+    return c->flux.margin_q8 < WEAK_MARGIN ||
+           (c->flux.margin_q8 < DOUBT_MARGIN && q15_abs(c->flux.rho_q15) > DOUBT_RHO_Q15);
 }
 
 void sensorless_after_control(struct axis *a)
@@ -357,7 +357,7 @@ void sensorless_after_control(struct axis *a)
         injection_after_control(a);
         return;
     }
-    const bool weak = observer_is_weak(&c->flux) || (FEATURE_IN(INJECTION) && injection_wants_back(a));
+    const bool weak = observer_is_weak(c) || (FEATURE_IN(INJECTION) && injection_wants_back(a));
     s->weak_ms = s->extra_q15 == 0 && weak ? s->weak_ms + 1u : 0u;
     if (s->weak_ms < WEAK_MS || (FEATURE_IN(INJECTION) && injection_takes_over(a))) {
         return;

@@ -171,7 +171,7 @@ void handlers_start_scope(void)
 
 void handlers_start_current_loop(uint32_t axis)
 {
-    axes[axis].loop.handlers = &handlers_of_axes[axis];
+    current_loop_install(&axes[axis].loop, &handlers_of_axes[axis]);
     if (axis == 0u) {
         nvic_clear_pending(BOARD_IRQ_ADC);
         nvic_priority(BOARD_IRQ_ADC, CONFIG_PRIORITY_CURRENT_LOOP);

@@ -21,7 +21,7 @@ MUTANTS = {
                  "mode_within(rpm, 2 * a->params.speed_max_rpm,", "set-points", "a set-point beyond its limit is accepted"),
     "a set-point outlives off": ("drive/states.c", "a->set_point.waits = false; /* of an earlier operation */", "",
                                  "encoder-kind", "operation begins with a set-point from before", "16000"),
-    "another word for a fault's reaction": ("operate/cia402_status.c", "[AXIS_FAULT_REACTION] = 0x0F",
+    "another word for a fault's reaction": ("operate/cia402.c", "[AXIS_FAULT_REACTION] = 0x0F",
                                             "[AXIS_FAULT_REACTION] = 0x07", "measuring", "status word: from"),
     "a look and a store apart": ("control/bridge.c", "const uint32_t mask = cpu_irq_save();", "const uint32_t mask = 0;",
                                  "learn-hall", "the gates open while a fault is latched, by"),

@@ -43,7 +43,7 @@ class Scoped(Operator):
 
 
 def decoded(frame):
-    """(number, values) of a frame, or None: written from the description in frame.h alone."""
+    """(number, values) of a frame, or None: written from the description in stream.h alone."""
     if frame[0] != 1 or frame[-1] != 0 or 0 in frame[:-1]:
         return None
     plain, at, body = bytearray(), 0, frame[1:-1]

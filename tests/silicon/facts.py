@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/silicon.md"
 FACTS = ("fact", "value", "what", "used in", "source", "verdict")
-REASONS = ("no.", "what contradicts it", "mend")
+REASONS = ("no.", "what contradicts it", "fix")
 STEPS = ("step", "prints", "documented")
 USE = re.compile(r"([^\s(,]+)(?: \(([^)]*)\))?")
 VERDICT = re.compile(r"confirmed|unconfirmed: (B\d\d)|contradicted: (C\d)")

@@ -118,7 +118,7 @@ void masters_hear_modbus(const uint8_t *bytes, uint32_t count);
 /* ---- owner.c: who owns the drive, by what was said to it and not by what it holds ---- */
 
 struct judged {
-    enum owner owner, let_go; /* who has said in the last turn that nobody shall operate */
+    enum owner owner, let_go;    /* who has said in the last turn that nobody shall operate */
     const char *lost, *when;     /* why there is none, and in which state it was lost */
     uint32_t lost_ms, within_ms; /* when; so long the gates may be live */
     uint32_t heard_ms, since_ms;

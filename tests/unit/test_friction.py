@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Friction fed forward (control/friction.h): how much, which way, and how steeply about rest."""
+"""Friction fed forward (drive/modes_control.c): how much, which way, and how steeply about rest."""
 import pytest
 
 from rigs.motor_numbers import compute, shipped

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What comes over the console's line: text, and frames of samples between it (firmware/scope/frame.h)."""
+"""What comes over the console's line: text, and frames of samples between it (firmware/operate/stream.h)."""
 from dataclasses import dataclass
 
 BEGIN, END, SAMPLE = 0x01, 0x00, 0x50
