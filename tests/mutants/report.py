@@ -49,7 +49,8 @@ def of_short(found):
     short = tuple(name for name in names if not name.startswith("- "))
     but = tuple(name[2:] for name in names if name.startswith("- "))
     by = [entry["by"] or "" for _, entry in found if entry["outcome"] == "noticed"]
-    return 100 * sum(name.startswith(short) and not (but and name.startswith(but)) for name in by) / len(found) if found else 0.0
+    first = sum(name.startswith(short) and not (but and name.startswith(but)) for name in by)
+    return 100 * first / len(found) if found else 0.0
 
 
 def grouped(found, what=lambda mutant: room(mutant.file)):

@@ -96,7 +96,8 @@ def test_what_was_placed_adds_up_to_the_image():
 
 
 @pytest.mark.parametrize("text, count", (
-    ("int a /* b + c */ = 0x1Fu; // d\n", 5), ("x->y <<= 'a' + 1.5e3f;", 8), ("#define A(b) \\\n    #b \"c \\\" d\"", 9), ("", 0)))
+    ("int a /* b + c */ = 0x1Fu; // d\n", 5), ("x->y <<= 'a' + 1.5e3f;", 8), ("#define A(b) \\\n    #b \"c \\\" d\"", 9),
+    ("", 0)))
 def test_tokens_of_a_source(text, count):
     assert size.tokens(text) == count
 
