@@ -87,7 +87,8 @@ static void watch_owner(struct judged *j, uint32_t n)
     const struct axis *const a = &world.axes[n];
     const uint32_t limit_ms = (uint32_t)a->params.command_timeout_ms, silent_ms = limit_ms + LATE_MS;
     const bool faulty = a->faults.cause != FAULT_NONE;
-    if (j->owner == OWNER_CAN && told.consumer_ms != 0u && world.now_ms - told.beat_ms > told.consumer_ms + LATE_MS) {
+    if (j->owner == OWNER_CAN && told.consumer_ms != 0u &&
+        (int32_t)(world.now_ms - told.beat_ms) > (int32_t)(told.consumer_ms + LATE_MS)) {
         judge_lost(OWNER_CAN, "heartbeat lost");
         told.consumer_ms = 0u;
     }

@@ -82,7 +82,7 @@ void judge_turn(enum owner of)
 }
 
 /*
- * What goes on goes on as it is; but a restart is the former owner's wish. Of a word and a take-over in the same turn the drive
+ * What goes on goes on as it is, a start towards 0; but a restart is the former owner's wish. Of a word and a take-over in the same turn the drive
  * may hear the take-over first: the word is then another's, and refused.
  */
 void judge_take(enum owner line, uint32_t axis)
@@ -92,7 +92,7 @@ void judge_take(enum owner line, uint32_t axis)
         j->owner = j->let_go;
     }
     if (j->owner != OWNER_NONE && j->owner != line) {
-        j->asked_rpm[line] = j->said_rpm[line] = j->asked_rpm[j->owner];
+        j->asked_rpm[line] = j->said_rpm[line] = world_operates(axis) ? j->asked_rpm[j->owner] : 0;
         j->owner = line;
         j->since_ms = world.now_ms;
         j->returns = true;
@@ -133,7 +133,7 @@ void judge_heard(enum owner line, uint32_t axis)
 
 void judge_beat(uint32_t consumer_ms)
 {
-    told.beat_ms = world.now_ms;
+    told.beat_ms = world.now_ms + (uint32_t)world.hung_ms; /* when the thread hears of it */
     told.consumer_ms = consumer_ms;
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         judge_heard(OWNER_CAN, n);
