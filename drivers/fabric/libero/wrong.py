@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the user can fix: one line, what is wrong and what would work."""
+"""What the user can mend: one line, what is wrong and what would work."""
 
 
 class Wrong(Exception):
