@@ -153,6 +153,14 @@ def test_the_best_keeps_its_margins_and_more_gain_does_not(shaft):
         assert best_loop.figures(shaft, rate_hz, 0.2e-3, more, best.mean).disk_margin < best_loop.MARGIN
 
 
+def test_without_a_mean_a_quicker_loop_is_worse_on_a_stiff_coupling(monkeypatch):
+    """A period of 1 ms averages out what a period of 0.25 ms hears."""
+    stiff = present_loop.shaft_of(load_drive("maxon_ec45flat").motor)
+    assert best_loop.best(stiff, 4000, 0.2e-3).dip_s < 1.05 * best_loop.best(stiff, 1000, 0.2e-3).dip_s
+    monkeypatch.setattr(best_loop, "MEANS", [(1, 1)])
+    assert best_loop.best(stiff, 4000, 0.2e-3).dip_s > 2 * best_loop.best(stiff, 1000, 0.2e-3).dip_s
+
+
 def test_no_gain_is_said():
     with pytest.raises(best_loop.NoGain):
         best_loop.best(Shaft(1e-6, 1.0, 1.0, 0.0), 1000, 20e-3)
