@@ -108,7 +108,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything best-loop best-loop-twin dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -322,6 +322,16 @@ results: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 
+# linear algebra of matrices this small gains nothing by threads
+best-loop: tools-run
+	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/campaign/best_loop_page.py
+
+best-loop-twin: LASTS = some minutes: a step of the load on 46 machines; writes tests/campaign/best_loop_twin.toml
+best-loop-twin: tools-run
+	$(says)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
+	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/campaign/best_loop_twin.py
+
 client: tools-run
 	@$(PYTHON) tests/tools/client.py $(BUILD)/client
 
@@ -404,6 +414,8 @@ more tests
   make lint                    formatting, warnings, layers
 figures
   make results                 the measured figures into docs/results.md and README.md, and README.md's picture
+  make best-loop               what the best speed loop of a machine can do at a rate and lag, docs/best-loop.md
+  make best-loop-twin          what the twin measures of today's, which that page compares     [MOTORS="a lot:1-9"]
   make bench                   cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md
   make profile                 where the time of a run goes, by perf                        [MOTOR= SCENARIO= PLANT=]
   make size                    flash and RAM by room; flash, RAM and stack of each function of the library
