@@ -82,8 +82,8 @@ void judge_turn(enum owner of)
 }
 
 /*
- * What goes on goes on as it is, a start towards 0; but a restart is the former owner's wish. Of a word and a take-over in the same turn the drive
- * may hear the take-over first: the word is then another's, and refused.
+ * What goes on goes on as it is, a start towards 0; but a restart is the former owner's wish. Of a word and a take-over in the
+ * same turn the drive may hear the take-over first: the word is then another's, and refused.
  */
 void judge_take(enum owner line, uint32_t axis)
 {
