@@ -78,3 +78,22 @@ def test_of_an_earlier_run_nothing_counts(c, function):
     left = {path for (path, one), (_, other) in zip(first, again) if one != other}
     assert not [path for path in left if not any(path.startswith(name) for name in stays.split())]
     assert not [name for name in stays.split() if not any(path.startswith(name) for path in left)], "it begins with that, too"
+
+
+@pytest.mark.parametrize("event, state", (("QUICK_STOP", "OPERATION_ENABLED"), ("FAULT_STOP", "OPERATION_ENABLED")))
+def test_a_stop_counts_its_own_milliseconds(c, event, state):
+    w = Drive(c, rpm=0)
+    w.axis.state = c.enums["axis_state"]["AXIS_" + state]
+    w.axis.stopping_ms = w.axis.unlimited_braking_ms = OLD
+    assert c.states_take(w.axis, c.enums["drive_event"]["DRIVE_EVENT_" + event])
+    assert w.axis.stopping_ms == w.axis.unlimited_braking_ms == 0 == w.axis.speed.target_rpm_q16
+
+
+def test_a_bridge_that_goes_off_leaves_no_torque_behind(c):
+    """Of the rest only settings, tables and what is measured of the supply stay."""
+    s = c.torque_control()
+    left = ("torque_q15", "probe_q15", "demand_sum_q15", "burn_q15", "return_q19", "copper_q15")
+    for name in left:
+        setattr(s, name, OLD)
+    c.torque_reset(s)
+    assert [getattr(s, name) for name in left] == [0] * len(left)

@@ -191,6 +191,20 @@ def test_a_received_one_acts_at_once_or_with_sync(node):
     assert points.target_rpm == 456, "all of it, or none"
 
 
+def test_a_received_one_that_waits_for_sync_waits_no_more_behind_pre_operational(node):
+    node.remap(0x1403, WORD, SPEED)
+    node.write(0x1403, 2, 1, 1)
+    node.nmt(START)
+    points = node.canopen.drives[0].cia402.setpoints
+    node.say((0x505, struct.pack("<Hi", 6, 456)))
+    node.nmt(PRE_OPERATIONAL)
+    node.nmt(START)
+    node.say((0x80, b""))
+    assert (points.control_word, points.target_rpm) == (0, 0)
+    node.say((0x505, struct.pack("<Hi", 6, 789)), (0x80, b""))
+    assert points.target_rpm == 789
+
+
 def test_two_in_one_turn_are_two_words(running):
     """Edges are commands: a set-point's comes between two words that differ in bit 4 alone."""
     running.write(0x6060, 0, 1, 1)

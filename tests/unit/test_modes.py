@@ -156,6 +156,19 @@ def test_a_masters_clock_that_is_not_the_drives_does_not_tick(c, every, name, to
     assert max(map(abs, off[100:])) < most, (most, min(off[100:]), max(off[100:]))
 
 
+@pytest.mark.parametrize("sign", (1, -1))
+def test_a_cyclic_speed_begins_where_a_ramp_is_and_not_where_it_goes(c, sign):
+    w = Drive(c, rpm=0)
+    assert w.command("speed", 3000 * sign) == c.ERROR_NONE
+    for _ in range(50):
+        w.control()
+    reached = w.axis.speed.ref_rpm_q16
+    assert 0 < reached * sign < 2000 << 16
+    c.modes_enter(w.axis, w.mode_code("CYCLIC_SPEED"))
+    w.control()
+    assert w.axis.speed.ref_rpm_q16 == pytest.approx(reached, abs=20 << 16)
+
+
 def test_what_comes_early_or_late_within_a_step_does_not_move_the_reference(c):
     w, loops, rise, sent = Drive(c, rpm=0), 20, 30, 0
     c.drive_set_zero(w.axis)

@@ -109,3 +109,14 @@ def test_who_takes_over_has_the_mode_in_effect(machine, who, line, mode):
     assert shown == [mode, mode] and w.write(who, 6, 0x6071, 20, 2)
     w.step()
     assert w.axis.mode == before and w.axis.speed.target_rpm_q16 != 900 << 16
+
+
+@pytest.mark.parametrize("direction", (0, 1))
+@pytest.mark.parametrize("who", ("MODBUS", "CAN"))
+def test_who_takes_over_has_the_speed_in_effect_the_right_way_round(machine, who, direction):
+    w = machine(direction=direction)
+    w.started("CONSOLE").operate()
+    assert w.line("speed 700") and w.step() and w.take_over(who)
+    drive = w.canopen.drives[0] if who == "CAN" else w.modbus.drives[0]
+    assert drive.cia402.setpoints.target_rpm == 700
+    assert w.axis.speed.target_rpm_q16 == (-700 if direction else 700) << 16

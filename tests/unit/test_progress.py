@@ -36,6 +36,13 @@ def test_the_end_is_said_once(c, operator, what, way, end):
     assert said(operator) == [f"done: {TEXTS[what]}"] and said(operator) == []
 
 
+@pytest.mark.parametrize("mode", ("SPEED", "POSITION", "TORQUE"))
+def test_homing_that_another_mode_has_ended_is_not_done(c, operator, mode):
+    begin(c, operator, "HOME", state="OPERATION_ENABLED", mode=mode)
+    operator.axis.motion.homed = False
+    assert said(operator) == [] and said(operator) == []
+
+
 def test_a_move_is_done_when_its_profile_is(c, operator):
     begin(c, operator, "MOVE", state="OPERATION_ENABLED", mode="POSITION")
     profile = operator.axis.motion.profile

@@ -182,6 +182,20 @@ def test_a_rotor_that_was_lost_goes_on_to_its_speed(world, c, source, by_hand, r
     assert not w.axis.retry.resumes
 
 
+@pytest.mark.parametrize("mode", ("TORQUE", "CYCLIC_TORQUE", "CYCLIC_SPEED", "POSITION", "HOMING"))
+def test_behind_another_mode_than_speed_there_is_none_to_go_on_to(world, c, mode):
+    """Torque control holds its largest speed as a limit, and homing its own."""
+    w = world()
+    w.axis.params.angle_source = w.axis.tuning.angle_source = 1
+    w.axis.params.retry_count, w.axis.params.retry_delay_ms = 1, 10
+    w.axis.mode, w.axis.speed.target_rpm_q16 = c.enums["axis_mode"]["AXIS_MODE_" + mode], 4000 << 16
+    c.fault_raise(w.axis, c.FAULT_LOCK_LOST)
+    w.step(3)
+    assert wait(w, 20) == "SWITCHED_ON"
+    c.states_take(w.axis, c.DRIVE_EVENT_STARTED)
+    assert w.mode == "SPEED" and w.axis.speed.target_rpm_q16 == 0
+
+
 def test_a_fault_in_a_start_has_no_older_speed_to_go_on_to(world, c):
     """The operation before it had one; this one is yet to be given its own."""
     w = world()

@@ -167,3 +167,12 @@ def test_an_impossible_current_overflows_nothing(warm):
     for _ in range(5000):
         th.c.thermal_step(th.thermal, th.axis.loop, 4095)
     assert th.thermal.winding_q4 / 16 > 1000 and th.thermal.factor_q15 == 0
+
+
+def test_a_power_stage_that_is_cool_leaves_a_hot_winding_its_limit(warm):
+    alone, beside = (warm(inverter_ma=ma, inverter_tau_ms=1000, winding_tau_s=1, housing_tau_s=1) for ma in (0, 30000))
+    for seconds, share in ((3, 1.0), (1, 1.1), (1, 1.2), (1, 1.3)):
+        for th in (alone, beside):
+            th.follow(seconds, share)
+        assert beside.thermal.factor_q15 == alone.thermal.factor_q15
+    assert beside.thermal.factor_q15 < 32768 and beside.thermal.inverter_q20 < 1 << 18

@@ -156,15 +156,16 @@ def pulse(m, at):
     m.fabric.encoder.INDEX = at % m.p.encoder_counts
 
 
+@pytest.mark.parametrize("sign", (1, -1))
 @pytest.mark.parametrize("off, found", ((0, False), (2, False), (-2, False), (3, True), (-40, True)))
-def test_the_index_comes_after_whole_turns(motor, off, found):
-    m = motor(1500, 1.0)
+def test_the_index_comes_after_whole_turns(motor, off, found, sign):
+    m = motor(1500 * sign, 1.0 * sign)
     for at in (1000, 1000 + off):
         m.step(40)
         pulse(m, at)
     m.step(4)
     assert (m.fault == "ENCODER_COUNTS") == found
-    assert not found or m.axis.faults.detail[1] == m.p.encoder_counts + off
+    assert not found or m.axis.faults.detail[1] == m.p.encoder_counts + sign * off
 
 
 def test_a_pulse_has_a_place_for_each_direction_and_does_not_wander(motor):

@@ -145,3 +145,13 @@ def test_each_can_rate_follows_the_largest_clock_error(tmp_path):
     for config in configs:
         jump, behind = (config >> 2 & 3) + 1, (config >> 5 & 7) + 1
         assert jump == min(behind, 4)
+
+
+@pytest.mark.parametrize("said_ms", (0, 1000, 2**31 - 100, 2**31 + 100, 2**32 - 200, 2**32 - 1))
+def test_silence_is_counted_across_the_clocks_wrap(c, said_ms):
+    axis = c.axis()
+    axis.params.command_timeout_ms = 300
+    axis.command_ms = said_ms
+    for after_ms, silent in ((0, False), (1, False), (250, False), (300, False), (301, True), (5000, True)):
+        axis.time_ms = (said_ms + after_ms) % 2**32
+        assert c.supervision_is_silent(axis) == silent, after_ms
