@@ -192,3 +192,17 @@ def test_what_does_not_hold_together_is_not_saved(drive):
     drive.set(i_max_ma=14999)
     assert drive.save() == "I_MAX_BEYOND_TRIP"
     assert drive.bench.writes == 0 and drive.state(0) == drive.state(1) == "EMPTY"
+
+
+@pytest.mark.parametrize("beyond, whole", ((0, True), (1, True), (-1, False)))
+def test_a_record_that_ends_where_the_page_does_is_whole(c, beyond, whole):
+    """One byte less, and it is another format's."""
+    written = record(PARAMETER, "ramp_rpm_s", number(777))
+    page = (ctypes.c_uint8 * (len(written) + 1)).from_buffer_copy(written + b"\0")
+    reader, found, start = c.record_reader(), c.record(), ctypes.addressof(page)
+    byte = ctypes.POINTER(ctypes.c_uint8)
+    reader.at = ctypes.cast(start, byte)
+    reader.end = ctypes.cast(start + len(written) + beyond, byte)
+    assert c.record_next(reader, found) == whole and reader.broken != whole
+    if whole:
+        assert c.record_word(found, 0) == 777 and not c.record_next(reader, found) and not reader.broken

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The position loop: its margin against the closed loop in complex numbers, its units against rationals, its step by hand."""
 import cmath
+import ctypes
 import math
 import random
 from fractions import Fraction
@@ -150,3 +151,29 @@ def test_within_its_count_the_shaft_is_where_edges_and_time_say(c, loop):
         e.backwards, e.beyond_q15 = backwards, round(beyond * count_way)
         assert c.position_of_shaft(turns, e, tuning, True) / 2**shift == pytest.approx(-3 + part, abs=1e-3)
         assert c.position_of_shaft(turns, e, tuning, False) == middle(loop, -3)
+
+
+@pytest.mark.parametrize("sign", (1, -1))
+def test_only_errors_without_a_break_add_up_to_a_following_error(c, sign):
+    loop, tuning = c.position_loop(), c.tuning()
+    tuning.following_units = 100
+    for error in (101, 100) * 500:
+        loop.error = error * sign
+        assert not c.position_is_lost(loop, tuning)
+    loop.error = 101 * sign
+    assert [c.position_is_lost(loop, tuning) for _ in range(5)] == [False, False, False, True, True]
+
+
+@pytest.mark.parametrize("sign", (1, -1))
+def test_a_shaft_that_moves_at_the_current_limit_is_at_no_block(c, sign):
+    homing, turns, view = c.homing(), c.turns(), c.homing_view()
+    view.turns, view.turn, view.farthest, view.at_limit = ctypes.pointer(turns), 4000, 10**6, True
+    c.homing_begin(homing, c.HOMING_BLOCK, turns)
+    for _ in range(1000):
+        turns.counts += 2 * sign
+        assert c.homing_step(homing, view) == c.HOMING_SEARCHES
+    results = []
+    for n in range(200):
+        turns.counts += sign * (-1) ** n  # it yields by a count
+        results.append(c.homing_step(homing, view))
+    assert results.index(c.HOMING_FOUND) in range(97, 103)
