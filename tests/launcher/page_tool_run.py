@@ -149,6 +149,7 @@ def test_what_the_console_lists_is_a_file_too(page, tmp_path):
 
 def test_values_at_and_between_cursors(page):
     """As numpy has them, of a capture of a running drive; the plot shows where the cursors stand."""
+    page.go("captures")
     page.arm("i_q", "never", 0)
     page.click("[data-line='scope fire']")
     shown = page.until_captured()
@@ -164,7 +165,7 @@ def test_values_at_and_between_cursors(page):
     assert heading == list(wanted) and set(found) == {f"{name} [{unit}]" if unit else name for name, unit in page.script(
         "return captured.names.map((name, k) => [name, captured.units[k]])")}
     assert found["i_q [A]"] == pytest.approx(list(wanted.values()), rel=1e-4, abs=1e-9)
-    assert page.find("between").text.startswith(f"B - A: {b - a - 2e-6:.5g} s")
+    assert page.text("between").startswith(f"B - A: {b - a - 2e-6:.5g} s")
     assert set(page.script("return Object.keys(captured.plots.lines)")) == {"mark", "cursor-a", "cursor-b"}
 
 
@@ -192,7 +193,7 @@ def test_ranges(page):
     page.click("#range_set")
     assert page.script(span) == [-3, 5]
     page.type("#range_most", -4), page.click("#range_set")
-    assert page.find("range_said").text == "the lower one first"
+    assert page.text("range_said") == "the lower one first"
     page.click("#range_auto")
     assert page.script(span) == pytest.approx([low, high])
 
@@ -212,15 +213,16 @@ def test_the_spectrum_is_the_transform(page):
     page.script("captured.rows = arguments[0].map((v, k) => [k / 20000, ...captured.names.map(() => v)]);"
                 "$('fft_of').value = 'i_q'", sine.tolist())
     page.click("#fft_now")
-    assert page.find("fft_peak").text.startswith("most: 2 A at 625 Hz, lines 39.06")
+    assert page.text("fft_peak").startswith("most: 2 A at 625 Hz, lines 39.06")
 
 
 def test_vectors(page):
+    page.go("operate")
     page.script("live.names = []; say('scope signals i_d,i_q,v_d,v_q,speed')")
     page.wait(lambda: page.script("return live.names.length") == 5)
     page.script("$('vector_view').open = true; live.held = true; live.rows = [[0, 3, 4, -5, 12, 0]]; drawVectors()")
-    assert page.find("vector_i_text").text == "i: 5 A, 53 degrees from d; ring 10.65 A"
-    assert page.find("vector_v_text").text == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
+    assert page.text("vector_i_text") == "i: 5 A, 53 degrees from d; ring 10.65 A"
+    assert page.text("vector_v_text") == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
     tip = """const scale = 0.9 * 110 / 10.65 * 0.8;
              const place = (d, q) => Math.round(110 - q * scale) * 220 + Math.round(110 + d * scale);
              const seen = $('vector_i').getContext('2d').getImageData(0, 0, 220, 220).data;
@@ -228,14 +230,14 @@ def test_vectors(page):
     drawn, mirrored = page.script(tip)
     assert drawn == 255 and mirrored == 0, "d to the right, q upwards"
     page.script("live.held = false; live.names = []; say('scope signals i_q,speed')")
-    page.wait(lambda: "not both among the signals" in page.find("vector_i_text").text)
+    page.wait(lambda: "not both among the signals" in page.text("vector_i_text"))
     page.script("$('vector_view').open = false")
 
 
 def test_the_factor_against_real_time(page):
     half = "const p = new Pace(); for (let k = 0; k < 100; k++) p.note(k * 0.05, k * 0.1); return p.factor()"
     assert page.script(half) == pytest.approx(0.5) and page.script("return new Pace().factor()") is None
-    page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.find("pace").text))
+    page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.text("pace")))
     fed = page.script("return [pace.pairs.at(-1)[0] === live.time, performance.now() / 1000 - pace.pairs.at(-1)[1]]")
     assert fed[0] and 0 <= fed[1] < 60, "from the samples' own times, and the clock"
 
@@ -244,11 +246,12 @@ def test_the_factor_against_real_time(page):
 
 def test_limits_that_are_refused_are_shown_and_those_that_are_taken_lead_on(page):
     trip = value(page, "i_trip_ma")
+    page.go("setup")
     page.script("$('setup_limits').open = true")
-    page.wait(lambda: re.fullmatch(r"2\d\.\d+ V", page.find("bus").text))
+    page.wait(lambda: re.fullmatch(r"2\d\.\d+ V", page.text("bus")))
     page.script("limitOf('i_trip_ma').value = 3000000")
     page.click("#limits_set")
-    page.wait(lambda: page.find("limits_said").text == "error: i_trip_ma must be 10...2000000 mA")
+    page.wait(lambda: page.text("limits_said") == "error: i_trip_ma must be 10...2000000 mA")
     assert page.script("return [limitOf('i_trip_ma').value, $('setup_identify').open]") == [str(trip), False]
     page.script("limitOf('i_trip_ma').value = arguments[0]", trip - 100)
     page.click("#limits_set")
@@ -265,18 +268,19 @@ def test_saved_and_turning(page):
     assert "slot A, save 1" in page.heard()
     page.type("#start_rpm", 250)
     page.click("#start")
-    page.wait(lambda: re.match(r"speed: 2[45]\d\.\d+ rpm, reference 250", page.find("turning").text))
+    page.wait(lambda: re.match(r"speed: 2[45]\d\.\d+ rpm, reference 250", page.text("turning")))
 
 
 # ---- positions ----
 
 def where(page):
     """(mode, counts, target or None, homed), as the page shows it."""
-    found = re.match(r"mode: (\w+) .*position: (-?\d+)(?:, target (-?\d+))?.* counts(, homed)?$", page.find("position").text)
+    found = re.match(r"mode: (\w+) .*position: (-?\d+)(?:, target (-?\d+))?.* counts(, homed)?$", page.text("position"))
     return found and (found[1], int(found[2]), found[3] and int(found[3]), bool(found[4]))
 
 
 def test_positions_and_homing(page):
+    page.go("operate")
     page.script("$('counts').value = 8000")
     page.click("#to button[value='by ']")
     page.wait(lambda: where(page)[0] == "pp" and abs(where(page)[1] - where(page)[2]) <= 2)
@@ -337,18 +341,19 @@ def test_two_tabs_see_each_others_commands(page):
 def test_a_bode_plot_of_the_running_drive(page):
     assert page.script("const { re, im } = opened({ hz: 1, re: 0.5, im: -0.5 }); return [re, im]") == [0, -1]
     assert page.script("return phases([1, -1, 1].map((im) => ({ re: -1, im })))") == [-225, -135, -225]
+    page.go("tune")
     page.script("say('on')")
-    page.wait(lambda: page.find("state").text == "operation enabled")
+    page.wait(lambda: page.text("state") == "operation enabled")
     page.script("$('bode_amplitude').value = 0.4; $('bode_run').requestSubmit()")
     page.wait(lambda: page.script("return bode.graphs.length") == 2)
-    said = page.find("bode_said").text
+    said = page.text("bode_said")
     assert "sweep: done, loop: q, amplitude: 0.400 A, points: 32" in said
     margin = float(re.search(r"phase margin: ([\d.]+) degrees", said)[1])
     assert 55 < margin < 75, "62 degrees by the formulas"
     gains = page.script("return bode.graphs[0].rawData_.map((row) => row.slice(1))")
     assert len(gains) == 32 and gains[0][0] == pytest.approx(0, abs=1) and gains[0][1] > 10 > -10 > gains[-1][1]
     page.script("say('off')")
-    page.wait(lambda: page.find("state").text == "switch on disabled")
+    page.wait(lambda: page.text("state") == "switch on disabled")
 
 
 def test_the_browser_found_nothing_wrong(page):

@@ -64,7 +64,7 @@ function captureCame(message) {
 
 function draw() {
   const seconds = Number($("window").value) || 3;
-  live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
+  if (live.plots.isSeen()) live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
   $("live").dataset.samples = live.rows.length;
   drawVectors();
   if ($("measure_on").value === "live") measured();

@@ -135,7 +135,7 @@ function cursorsOf(plots, name) {
 cursorsOf(live.plots, "live");
 cursorsOf(captured.plots, "captured");
 $("cursor_a").oninput = $("cursor_b").oninput = placeCursors;
-$("measure_on").onchange = () => { offer(); placeCursors(); };
+$("measure_on").onchange = () => { offer(); placeCursors(); showTask(); };
 $("range_set").onclick = () => setRange(false);
 $("range_auto").onclick = () => setRange(true);
 $("between_cursors").onclick = () => {

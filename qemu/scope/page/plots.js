@@ -9,6 +9,12 @@ const MEASURED = ["A", "V", "rpm"];
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
+// What was made while it was hidden has got a size of its own, which it is to lose.
+function fit(dygraph) {
+  Object.assign(dygraph.maindiv_.style, { width: "", height: "" });
+  dygraph.resize();
+}
+
 class Plots {
   constructor(place) {
     this.place = place;
@@ -28,8 +34,16 @@ class Plots {
       return { columns, unit, least: MEASURED.includes(unit) ? LEAST_STEPS * Math.max(...columns.map((k) => steps[k])) : 0,
         dygraph: this.graph(columns.map((k) => names[k]), unit) };
     });
-    this.graphs.forEach(({ dygraph }) => dygraph.resize()); // the first had the whole place when it was made
+    this.resize(); // the first had the whole place when it was made
     this.recolour();
+  }
+
+  isSeen() {
+    return this.place.checkVisibility();
+  }
+
+  resize() {
+    if (this.isSeen()) this.graphs.forEach(({ dygraph }) => fit(dygraph));
   }
 
   graph(names, unit) {
