@@ -18,6 +18,7 @@ from launcher.paths import REPO as ROOT
 
 from browser import CAPACITY, browsed, served
 from rigs.modbus_line import write_one
+from rigs.mdf import Mdf
 from cause_rows import faults
 
 
@@ -99,6 +100,21 @@ def test_what_is_seen_can_be_downloaded(page, downloads):
     live = [float(row.split(",")[0]) for row in (downloads / "live.csv").read_text().splitlines()[1:]]
     steps = sorted(b - a for a, b in zip(live, live[1:]))
     assert len(live) > 500 and steps[len(steps) // 2] == pytest.approx(0.001, abs=1e-6), "a sample each millisecond"
+
+
+def test_the_same_as_mdf_and_mcap(page, downloads):
+    for kind in ("mf4", "mcap"):
+        page.type("#capture_kind", kind), page.click("#save_capture")
+        page.wait(lambda kind=kind: (downloads / f"capture.{kind}").is_file())
+    page.type("#capture_kind", "csv")
+    rows, names, units = page.script("return [captured.rows, captured.names, captured.units]")
+    found = Mdf((downloads / "capture.mf4").read_bytes()).channels()
+    assert [(name, one[0]) for name, one in found.items()] == [("time", "s"), *zip(names, units)]
+    assert [one[1].tolist() for one in found.values()] == [list(column) for column in zip(*rows)]
+    assert (downloads / "capture.mcap").read_bytes().count(b'"i_q": ') == 2 + CAPACITY, "its kind, its unit, and each sample"
+    page.script("record('x', 'xls', [], [], [])")
+    page.wait(lambda: "error: x.xls was not made: mssfoc: no table, or no kind of file" in page.heard())
+    assert all("record.xls" in entry["message"] for entry in page.browser.get_log("browser")), "it says so, too"
 
 
 def test_a_load_and_a_fault_of_the_twins_making(page):

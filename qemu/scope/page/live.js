@@ -91,7 +91,6 @@ function animate() {
 }
 
 $("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
-$("save_live").onclick = () => download("live.csv", "text/csv", table(live.names, unitsOf(live.names), live.rows));
 $("picture_live").onclick = () => savePicture($("live"), "live.png");
 $("picture_capture").onclick = () => savePicture($("captured"), "capture.png");
 $("compare").onclick = () => {
@@ -99,5 +98,5 @@ $("compare").onclick = () => {
   $("compare").textContent = captured.before ? "forget the one before" : "keep it to compare";
   drawCapture();
 };
-$("save_capture").onclick = () => download("capture.csv", "text/csv",
-  table(captured.names, captured.units, captured.rows));
+$("save_live").onclick = () => record("live", $("live_kind").value, live.names, unitsOf(live.names), live.rows);
+$("save_capture").onclick = () => record("capture", $("capture_kind").value, captured.names, captured.units, captured.rows);
