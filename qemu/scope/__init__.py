@@ -4,4 +4,5 @@ it (qemu/client), twin.py and board.py are the two things at the line's other en
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "client"))  # the package mssfoc
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "qemu/client"), str(ROOT / "firmware/tables")]  # the package mssfoc; cause_rows

@@ -34,12 +34,19 @@ MEANT_FOR_HERE = ("stream",)
 HERE = "the console"
 
 
+def _age_s(status, fault):
+    """Of a fault, by the drive's own clock: it may be older than this session."""
+    up, at = (texts.number(texts.fields(lines).get(key, ""), "s") for lines, key in ((status, "up"), (fault, "at")))
+    return 0.0 if up is None or at is None else max(0.0, up - at)
+
+
 class Session:
     def __init__(self, far):
         self.far, self.pages, self.started = far, {}, False
         self.drive = Drive(far, self._samples, self._said)
         self._jog, self._limit, self._axes = Jog(self.drive.ask), Limit(self.drive.ask), ("",)
-        self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
+        self.signals, self.chosen, self.state = {}, [], ""
+        self._fault, self._hint, self._since = "none", [], ""
         self._silent, self._last_said = None, ""
         self._ending, self._tasks = asyncio.Event(), []
 
@@ -256,13 +263,13 @@ class Session:
         lines = await self.drive.ask("status")
         state = dict(line.split(": ", 1) for line in lines if ": " in line)
         fault = state.get("fault", "none")
-        hint = []
-        if fault != "none" and fault != self._known_fault:
-            hint = await self.drive.ask("fault")
-        self._known_fault, self.state = fault, state.get("state", "")
+        if fault != self._fault:
+            self._hint = await self.drive.ask("fault") if fault != "none" else []
+            self._since = time.strftime("%H:%M:%S", time.localtime(time.time() - _age_s(lines, self._hint)))
+        self._fault, self.state = fault, state.get("state", "")
         capture = next((line for line in await self.drive.ask("scope") if line.startswith("capture: ")), "")
-        self._tell({"kind": "status", "lines": lines, "state": self.state, "fault": fault, "hint": hint,
-                    "capture": capture.removeprefix("capture: "), "damaged": self.drive.damaged})
+        self._tell({"kind": "status", "lines": lines, "state": self.state, "fault": fault, "hint": self._hint,
+                    "since": self._since, "capture": capture.removeprefix("capture: "), "damaged": self.drive.damaged})
 
     async def _mind_pages(self):
         now = time.monotonic()

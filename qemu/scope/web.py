@@ -5,13 +5,16 @@ import asyncio
 import json
 import secrets
 import signal
+import struct
 import webbrowser
 from pathlib import Path
 
 from aiohttp import WSMsgType, web
 
 from launcher.errors import LauncherError
+from mssfoc import recording
 
+from . import words
 from .drive import DriveError
 from .session import Session
 
@@ -19,6 +22,7 @@ HERE = "127.0.0.1"
 PAGE = Path(__file__).resolve().parent / "page"
 DYGRAPHS = Path("/usr/share/javascript/dygraphs")
 QUEUE = 400  # messages that a slow page may be behind
+MOST_BYTES = 64 << 20  # of a table that a page wants as a file: 20 s of eight signals have 2 MB
 
 
 def application(session, token):
@@ -58,13 +62,27 @@ def application(session, token):
         await _converse(session, ws)
         return ws
 
-    app = web.Application(middlewares=[only_with_token])
+    app = web.Application(middlewares=[only_with_token], client_max_size=MOST_BYTES)
     app.router.add_get("/{token}/", index)
     app.router.add_get("/{token}/socket", socket)
     app.router.add_get("/{token}/{name}", file)
+    app.router.add_post("/{token}/record.{kind}", _record)
     app.router.add_get("/{token}", without_slash)
     app.router.add_get("/", index)
     return app
+
+
+async def _record(request):
+    """What a page shows, {"names", "units", "rows" of time and values}, as a file for other tools."""
+    try:
+        wanted = await request.json()
+        t_s, *columns = zip(*(map(float, row) for row in wanted["rows"]), strict=True)
+        named = dict(zip(wanted["names"], zip(wanted["units"], columns, strict=True), strict=True))
+        kind = recording.KINDS[f".{request.match_info['kind']}"]
+        body = await asyncio.to_thread(kind, t_s, named, words.enumerations())  # the line to the drive goes on
+    except (KeyError, TypeError, ValueError, struct.error) as error:
+        raise web.HTTPBadRequest(text=f"mssfoc: no table, or no kind of file that is known: {error}\n") from error
+    return web.Response(body=body, content_type="application/octet-stream")
 
 
 async def _converse(session, ws):

@@ -2,6 +2,7 @@
 """What the page says of parameters and of identify: from the firmware's sources, and the groups, which only people need."""
 import re
 
+from cause_rows import faults
 from launcher.paths import REPO
 
 from . import limit
@@ -27,6 +28,8 @@ OTHERS = "Others"  # of a firmware that is newer than these lists
 
 GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.split()}
 ROW = re.compile(r'^ +PARAM\((\w+), -?\w+, -?\w+, (-?\d+), "([^"]*)"\) \\\n +/\* \S+: (.*) \*/', re.MULTILINE)
+STATE = re.compile(r"^    (AXIS_\w+),$", re.MULTILINE)
+STATE_TEXT = re.compile(r'\[(AXIS_\w+)\] = "([^"]+)"')
 STEP = re.compile(r'^ +STEP\(\w+, \w+, "([^"]+)"', re.MULTILINE)
 
 
@@ -40,6 +43,14 @@ def parameters():
     return {name: {"group": GROUP_OF.get(name, OTHERS), "initial": lent.get(name, int(initial)),
                    "meaning": f"{what}. Affects: {affects}."}
             for name, initial, what, affects in ROW.findall(_source("settings/params.h"))}
+
+
+def enumerations():
+    """{signal: {number: word}} of those whose numbers are names."""
+    states = _source("axis/axis.h").partition("enum axis_state {")[2].partition("}")[0]
+    texts = dict(STATE_TEXT.findall(_source("operate/messages.c")))
+    return {"state": {number: texts[name] for number, name in enumerate(STATE.findall(states))},
+            "fault": {0: "none", **{row.number: row.text for row in faults().values()}}}
 
 
 def identify_steps():

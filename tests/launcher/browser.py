@@ -49,6 +49,7 @@ def browsed(address, downloads):
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+    browser.set_script_timeout(PATIENCE_S)
     browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)})
     try:
         yield Page(browser, address)
@@ -73,10 +74,19 @@ class Page:
     def find(self, name):
         return self.browser.find_element("id", name)
 
+    def text(self, name):
+        """Also of what another task hides."""
+        return self.script("return $(arguments[0]).textContent", name)
+
+    def go(self, task):
+        """To a task, by its link."""
+        self.click(f"nav a[href='#{task}']")
+        self.wait(lambda: self.script("return document.body.dataset.shown") == task)
+
     def wait(self, holds):
         end = time.monotonic() + PATIENCE_S
         while not holds():
-            assert time.monotonic() < end, "\n".join([self.find("said").text, self.find("state").text, str(self.script(
+            assert time.monotonic() < end, "\n".join([self.text("said"), self.text("state"), str(self.script(
                 "return [live.names, live.rows.length, live.rows.at(-1), live.time, live.held, document.visibilityState]"))])
             time.sleep(0.05)
 
@@ -84,13 +94,14 @@ class Page:
         self.script("arguments[0].click()", self.browser.find_element("css selector", selector))
 
     def type(self, selector, text):
-        self.script("arguments[0].value = arguments[1]", self.browser.find_element("css selector", selector), str(text))
+        self.script("arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('input'))",
+                    self.browser.find_element("css selector", selector), str(text))
 
     def state(self):
-        return self.find("state").text
+        return self.text("state")
 
     def heard(self):
-        return self.find("said").text
+        return self.text("said")
 
     def latest(self, name):
         return self.script("return live.rows.at(-1)[1 + live.names.indexOf(arguments[0])]", name)
@@ -105,7 +116,7 @@ class Page:
         self.type("#trigger", signal), self.type("#when", when), self.type("#level", level), self.type("#before", 100)
         self.script("document.getElementById('trigger').onchange()")
         self.click("#arm")
-        self.wait(lambda: "waits" in self.find("capture").text)
+        self.wait(lambda: "waits" in self.text("capture"))
 
     def until_captured(self):
         self.wait(lambda: self.script("return captured.rows.length") == CAPACITY)

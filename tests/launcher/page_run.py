@@ -18,6 +18,7 @@ from launcher.paths import REPO as ROOT
 
 from browser import CAPACITY, browsed, served
 from rigs.modbus_line import write_one
+from rigs.mdf import Mdf
 from cause_rows import faults
 
 
@@ -80,10 +81,10 @@ def test_start_run_and_step(page):
     page.wait(lambda: abs(page.latest("speed") - 800) < 20)
     folder = Path(os.environ.get("BUILD") or ROOT / "build") / "scope"
     folder.mkdir(parents=True, exist_ok=True)
-    # of README: as wide as it is shown there, so that it can be read
+    # of README: in landscape, with the drive running
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                                 {"width": 1000, "height": 680, "deviceScaleFactor": 1, "mobile": False})
-    page.wait(lambda: page.script("return innerWidth") == 1000)
+                                 {"width": 1440, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+    page.wait(lambda: page.script("return innerWidth") == 1440)
     page.browser.save_screenshot(str(folder / "page.png"))
     page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
@@ -101,16 +102,40 @@ def test_what_is_seen_can_be_downloaded(page, downloads):
     assert len(live) > 500 and steps[len(steps) // 2] == pytest.approx(0.001, abs=1e-6), "a sample each millisecond"
 
 
+def test_the_same_as_mdf_and_mcap(page, downloads):
+    for kind in ("mf4", "mcap"):
+        page.type("#capture_kind", kind), page.click("#save_capture")
+        page.wait(lambda kind=kind: (downloads / f"capture.{kind}").is_file())
+    page.type("#capture_kind", "csv")
+    rows, names, units = page.script("return [captured.rows, captured.names, captured.units]")
+    found = Mdf((downloads / "capture.mf4").read_bytes()).channels()
+    assert [(name, one[0]) for name, one in found.items()] == [("time", "s"), *zip(names, units)]
+    assert [one[1].tolist() for one in found.values()] == [list(column) for column in zip(*rows)]
+    assert (downloads / "capture.mcap").read_bytes().count(b'"i_q": ') == 2 + CAPACITY, "its kind, its unit, and each sample"
+    page.script("record('x', 'xls', [], [], [])")
+    page.wait(lambda: "error: x.xls was not made: mssfoc: no table, or no kind of file" in page.heard())
+    assert all("record.xls" in entry["message"] for entry in page.browser.get_log("browser")), "it says so, too"
+
+
 def test_a_load_and_a_fault_of_the_twins_making(page):
     page.arm("speed", "never", 0)
     page.type("#disturbance", "sto"), page.type("#arguments", "A 1")
     page.script("document.getElementById('disturb').requestSubmit()")
     page.wait(lambda: page.state().startswith("fault"))
     shown = page.until_captured()
-    assert abs(shown["speed"][100] - 800) < 40 and "by a fault" in page.find("capture").text
-    text = page.find("fault").text
+    assert abs(shown["speed"][100] - 800) < 40 and "by a fault" in page.text("capture")
+    text = page.text("fault")
     assert faults()["STO_A"].hint in text, "the drive's own words"
-    page.type("#arguments", "A 0")
+    since = page.text("fault_since")
+    assert re.fullmatch(r"\d\d:\d\d:\d\d", since) and page.text("word") == "FAULT"
+    page.open()  # who comes later sees it all, too
+    page.wait(lambda: page.find("fault_place").is_displayed())
+    assert page.text("fault_name") in page.state() and (page.text("fault"), page.text("fault_since")) == (text, since)
+    page.click("#see_record")
+    page.wait(lambda: page.script("return captured.rows.length") == 64)
+    assert page.script("return location.hash") == "#captures" and page.find("captured").is_displayed()
+    page.go("operate")
+    page.type("#disturbance", "sto"), page.type("#arguments", "A 0")
     page.script("document.getElementById('disturb').requestSubmit()")
     page.wait(lambda: "twin: sto A 0" in page.heard())
     page.click("[data-line=clear]")
@@ -135,15 +160,17 @@ def test_who_commands_is_shown_and_taken_over_from(page, modbus_port):
                 asked = write_one(0, word)
                 plc.sendall(asked)
                 assert plc.recv(len(asked), socket.MSG_WAITALL) == asked
-            return page.find("take").text == "take over from Modbus"
+            return page.text("take") == "take over from Modbus"
         page.wait(lambda: commands(6, 7, 15))  # refused until the drive, too, has seen that the shaft stands
         page.wait(lambda: commands(15) and page.state() == "operation enabled")
-        page.script("document.getElementById('said').textContent = ''")
-        page.type("#speed", 300), page.click("#run_speed")
+        page.type("#speed", 300)
+        page.wait(lambda: commands(15) and not page.find("run_speed").is_enabled())
+        assert page.find("run_speed").get_attribute("title") == "Modbus commands: take over first"
+        page.script("document.getElementById('said').textContent = ''; say('speed 300')")  # the drive says so, too
         page.wait(lambda: commands(15) and "error: Modbus commands" in page.heard())
     page.click("#take")
     page.wait(lambda: "commanded by: the console" in page.script("return $('status').textContent"))
-    assert not page.find("take").is_displayed()
+    assert not page.find("take").is_displayed() and page.text("owner") == "the console"
     page.click("#run_speed")
     page.wait(lambda: abs(page.latest("speed") - 300) < 20)
     page.click("#stop")
@@ -160,6 +187,7 @@ def value(page, name):
 
 
 def test_a_parameter(page):
+    page.go("parameters")
     page.wait(lambda: page.script("return document.querySelectorAll('#parameters tr').length") > 50)
     change(page, "speed_bw_hz", 55)
     page.script("document.querySelectorAll('#parameters details').forEach((one) => { one.open = true; })")
@@ -268,6 +296,7 @@ def test_on_a_phone(page):
     page.wait(lambda: page.script("return document.documentElement.scrollWidth") == 360)  # nothing stands out to the right
     stop = page.find("stop").rect
     assert stop["x"] + stop["width"] <= 360 and stop["height"] >= 44, "the stop is there, and large enough for a thumb"
+    page.go("operate")
     page.browser.save_screenshot(str(Path(os.environ.get("BUILD") or ROOT / "build") / "scope" / "phone.png"))
     page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 

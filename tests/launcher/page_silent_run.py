@@ -42,7 +42,7 @@ def test_a_qemu_that_is_stopped_and_goes_on(page, server):
         return is_stale(page)
 
     page.wait(stopped)
-    assert re.match(r"The drive is silent since \S+: no answer for \d+ s\.", page.find("silent").text)
+    assert re.match(r"The drive is silent since \S+: no answer for \d+ s\.", page.text("silent"))
     page.script("say('speed 500')")
     page.wait(lambda: "> speed 500\nerror: the drive is silent" in page.heard())
     page.script("send({kind: 'disturb', line: 'load_nm 0.01'})")
@@ -58,7 +58,7 @@ def test_a_qemu_that_is_stopped_and_goes_on(page, server):
 def test_a_qemu_that_is_killed(page, server):
     os.kill(qemu_of(server[1]), signal.SIGKILL)
     page.wait(lambda: is_stale(page))
-    page.wait(lambda: "QEMU was ended by signal SIGKILL; make scope starts it anew" in page.find("silent").text)
+    page.wait(lambda: "QEMU was ended by signal SIGKILL; make scope starts it anew" in page.text("silent"))
     page.click("#stop")
     page.wait(lambda: "> stop\nerror: QEMU was ended" in page.heard())
     for kind, line in (("line", "speed 500"), ("disturb", "lock 1")):

@@ -149,6 +149,7 @@ def test_what_the_console_lists_is_a_file_too(page, tmp_path):
 
 def test_values_at_and_between_cursors(page):
     """As numpy has them, of a capture of a running drive; the plot shows where the cursors stand."""
+    page.go("captures")
     page.arm("i_q", "never", 0)
     page.click("[data-line='scope fire']")
     shown = page.until_captured()
@@ -164,7 +165,7 @@ def test_values_at_and_between_cursors(page):
     assert heading == list(wanted) and set(found) == {f"{name} [{unit}]" if unit else name for name, unit in page.script(
         "return captured.names.map((name, k) => [name, captured.units[k]])")}
     assert found["i_q [A]"] == pytest.approx(list(wanted.values()), rel=1e-4, abs=1e-9)
-    assert page.find("between").text.startswith(f"B - A: {b - a - 2e-6:.5g} s")
+    assert page.text("between").startswith(f"B - A: {b - a - 2e-6:.5g} s")
     assert set(page.script("return Object.keys(captured.plots.lines)")) == {"mark", "cursor-a", "cursor-b"}
 
 
@@ -181,6 +182,94 @@ def test_a_click_sets_a_cursor(page):
     assert low <= -0.005 and high > 0.02
 
 
+def test_all_plots_have_one_axis_of_time_and_one_cursor(page):
+    drawn = page.script("return captured.plots.graphs.map((g) => g.dygraph.getOptionForAxis('drawAxis', 'x'))")
+    assert drawn == [False] * (len(drawn) - 1) + [True] and len(drawn) > 3
+    edges = page.script("return captured.plots.graphs.map((g) => [g.dygraph.getArea().x, g.dygraph.getArea().w])")
+    assert len(set(map(tuple, edges))) == 1, "the same time above the same"
+    page.script("captured.plots.graphs[1].dygraph.setSelection(7, undefined, false, true)")
+    assert page.script("return captured.plots.graphs.map((g) => g.dygraph.getSelection())") == [7] * len(drawn)
+    page.script("const g = captured.plots.graphs[1].dygraph; g.updateOptions({ dateWindow: [0.002, 0.004] });"  # as a drag
+                "g.getFunctionOption('zoomCallback').call(g, 0.002, 0.004, [])")
+    assert page.script("return captured.plots.graphs.map((g) => g.dygraph.xAxisRange())") == [[0.002, 0.004]] * len(drawn)
+    page.script("captured.plots.graphs[2].dygraph.resetZoom()")  # as a double click
+    low, high = page.script("return captured.plots.graphs[0].dygraph.xAxisRange()")
+    assert low <= -0.005 and high > 0.02
+
+
+def test_what_was_drawn_while_it_was_hidden_fits_when_it_is_shown(page):
+    page.go("log")
+    page.script("drawCapture();"
+                "drawBode(Array.from({ length: 9 }, (_, k) => `${100 * 2 ** k}.0 Hz: 0.9, -${9 * k + 9}.0 deg`))")
+    for task, places in (("captures", "#captured .curves"), ("tune", "#bode .curves")):
+        page.go(task)
+        boxes = page.script("return [...document.querySelectorAll(arguments[0])].map((one) => [one.clientWidth,"
+                            " one.parentElement.clientWidth, one.querySelector('canvas').getBoundingClientRect().width])",
+                            places)
+        assert boxes and all(abs(width - room) < 2 and abs(width - drawn) < 2 for width, room, drawn in boxes), boxes
+    page.go("captures")
+
+
+def test_numbers_are_told_as_engineers_read_them(page):
+    for x, unit, between, told in (
+            (0.005, "s", [-0.005, 0.02], "5 ms"), (1200, "A", [0, 1300], "1.2 kA"), (-5e-10, "A", [-1, 1], "0 A"),
+            (0.2, "A", [-0.25, 0.25], "200 mA"), (12.25, "s", [12, 12.5], "12.25 s"), (24.01, "V", [24, 24.02], "24.01 V"),
+            (1500, "rpm", [0, 1500], "1500 rpm"), (8000, "Hz", [100, 8000], "8 kHz"), (3, "", [0, 7], "3"),
+            (0, "A", [0, 0], "0 A")):
+        assert page.script("return engineering(...arguments)", x, unit, between) == told
+    ticks = page.script("return [...document.querySelectorAll('#captured .dygraph-axis-label')].map((one) => one.textContent)")
+    assert ticks and not [one for one in ticks if "e-" in one] and any(one.endswith(" ms") for one in ticks), ticks
+
+
+def test_nothing_that_is_there_is_missing_from_a_plot(page):
+    """Of more samples than pixels: one that stands out, and the span of what is faster than the pixels, at each of them."""
+    rows = """const rows = [...Array(20000).keys()].map((k) => [k / 1000, k === 12345 ? 7 : 0,
+        Math.sin(237.3 * 2 * Math.PI * k / 1000), (k * 0.18) % 360]);
+        const angles = [false, false, true], found = broken(reduced(rows, 500, angles), angles);"""
+    found = np.array(page.script(rows + "return found.map((row) => row.map((x) => (Number.isNaN(x) ? null : x)))"), dtype=float)
+    assert 900 < len(found) <= 1004 and np.all(np.diff(found[:, 0]) > 0) and sorted(found[:, 1])[-2:] == [0, 7]
+    assert all(low < -0.9 < 0.9 < high for low, high in np.sort(found[2:998, 2].reshape(-1, 2))), "a mean or a draw would beat"
+    steps = np.diff(found[:, 3])
+    assert np.nanmin(steps) >= 0 and np.isnan(found[:, 3]).sum() == 9, "a turn ends, and nothing leads back"
+    page.script("live.held = true; live.plots.layout(['angle'], ['deg'], [1]);"
+                "live.plots.draw([...Array(3000).keys()].map((k) => [k / 1000, (k * 60) % 360]))")
+    assert page.script("return live.plots.graphs[0].dense") == pytest.approx(1000 / 6, rel=0.01), "turns a second, no comb"
+    page.script("live.held = false; watch(live.names)")
+
+
+def test_two_captures_on_top_of_each_other(page):
+    before = page.captured()
+    page.click("#compare")
+    page.type("#every", 2)
+    page.arm("i_q", "never", 0)
+    page.click("[data-line='scope fire']")
+    now = page.until_captured()
+    names, file = page.script("const { columns, dygraph } = captured.plots.graphs.find((g) => g.unit === 'A');"
+                              "return [dygraph.getLabels(), captured.plots.rows]")
+    assert {"i_q", "i_q before"} <= set(names) and "i_q before" not in now
+    known = page.script("return captured.names")
+    at = len(known) + known.index("i_q") + 1
+    for row in (100, 150, 300):
+        k = int(np.argmin(np.abs(np.array(before["time"]) - now["time"][row])))
+        assert file[row][at] == before["i_q"][k] and file[row][0] == now["time"][row]
+    assert file[-1][at] is None, "it had ended by then"
+    page.click("#compare")
+    labels = page.script("return captured.plots.graphs.flatMap((g) => g.dygraph.getLabels())")
+    assert not [name for name in labels if name.endswith("before")]
+    page.type("#every", 1)
+
+
+def test_a_picture_of_the_plots(page, downloads):
+    page.click("#picture_capture")
+    page.wait(lambda: (downloads / "capture.png").is_file())
+    assert (downloads / "capture.png").read_bytes().startswith(b"\x89PNG\r\n")
+    colours, width, shown = page.script("""const made = pictureOf($('captured')), seen = new Set();
+        const pixels = made.getContext('2d').getImageData(0, 0, made.width, made.height).data;
+        for (let k = 0; k < pixels.length; k += 4) seen.add(pixels.slice(k, k + 3).join());
+        return [seen.size, made.width, $('captured').clientWidth * devicePixelRatio]""")
+    assert colours > 20 and abs(width - shown) < 2
+
+
 def test_ranges(page):
     """Automatic: noise does not fill the plot, whatever the signal does it is inside; and one that somebody has set."""
     span = "return captured.plots.graphs.find((g) => g.unit === 'A').dygraph.yAxisRange()"
@@ -192,7 +281,7 @@ def test_ranges(page):
     page.click("#range_set")
     assert page.script(span) == [-3, 5]
     page.type("#range_most", -4), page.click("#range_set")
-    assert page.find("range_said").text == "the lower one first"
+    assert page.text("range_said") == "the lower one first"
     page.click("#range_auto")
     assert page.script(span) == pytest.approx([low, high])
 
@@ -212,15 +301,16 @@ def test_the_spectrum_is_the_transform(page):
     page.script("captured.rows = arguments[0].map((v, k) => [k / 20000, ...captured.names.map(() => v)]);"
                 "$('fft_of').value = 'i_q'", sine.tolist())
     page.click("#fft_now")
-    assert page.find("fft_peak").text.startswith("most: 2 A at 625 Hz, lines 39.06")
+    assert page.text("fft_peak").startswith("most: 2 A at 625 Hz, lines 39.06")
 
 
 def test_vectors(page):
+    page.go("operate")
     page.script("live.names = []; say('scope signals i_d,i_q,v_d,v_q,speed')")
     page.wait(lambda: page.script("return live.names.length") == 5)
     page.script("$('vector_view').open = true; live.held = true; live.rows = [[0, 3, 4, -5, 12, 0]]; drawVectors()")
-    assert page.find("vector_i_text").text == "i: 5 A, 53 degrees from d; ring 10.65 A"
-    assert page.find("vector_v_text").text == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
+    assert page.text("vector_i_text") == "i: 5 A, 53 degrees from d; ring 10.65 A"
+    assert page.text("vector_v_text") == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
     tip = """const scale = 0.9 * 110 / 10.65 * 0.8;
              const place = (d, q) => Math.round(110 - q * scale) * 220 + Math.round(110 + d * scale);
              const seen = $('vector_i').getContext('2d').getImageData(0, 0, 220, 220).data;
@@ -228,14 +318,14 @@ def test_vectors(page):
     drawn, mirrored = page.script(tip)
     assert drawn == 255 and mirrored == 0, "d to the right, q upwards"
     page.script("live.held = false; live.names = []; say('scope signals i_q,speed')")
-    page.wait(lambda: "not both among the signals" in page.find("vector_i_text").text)
+    page.wait(lambda: "not both among the signals" in page.text("vector_i_text"))
     page.script("$('vector_view').open = false")
 
 
 def test_the_factor_against_real_time(page):
     half = "const p = new Pace(); for (let k = 0; k < 100; k++) p.note(k * 0.05, k * 0.1); return p.factor()"
     assert page.script(half) == pytest.approx(0.5) and page.script("return new Pace().factor()") is None
-    page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.find("pace").text))
+    page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.text("pace")))
     fed = page.script("return [pace.pairs.at(-1)[0] === live.time, performance.now() / 1000 - pace.pairs.at(-1)[1]]")
     assert fed[0] and 0 <= fed[1] < 60, "from the samples' own times, and the clock"
 
@@ -244,11 +334,12 @@ def test_the_factor_against_real_time(page):
 
 def test_limits_that_are_refused_are_shown_and_those_that_are_taken_lead_on(page):
     trip = value(page, "i_trip_ma")
+    page.go("setup")
     page.script("$('setup_limits').open = true")
-    page.wait(lambda: re.fullmatch(r"2\d\.\d+ V", page.find("bus").text))
+    page.wait(lambda: re.fullmatch(r"2\d\.\d+ V", page.text("bus")))
     page.script("limitOf('i_trip_ma').value = 3000000")
     page.click("#limits_set")
-    page.wait(lambda: page.find("limits_said").text == "error: i_trip_ma must be 10...2000000 mA")
+    page.wait(lambda: page.text("limits_said") == "error: i_trip_ma must be 10...2000000 mA")
     assert page.script("return [limitOf('i_trip_ma').value, $('setup_identify').open]") == [str(trip), False]
     page.script("limitOf('i_trip_ma').value = arguments[0]", trip - 100)
     page.click("#limits_set")
@@ -265,18 +356,19 @@ def test_saved_and_turning(page):
     assert "slot A, save 1" in page.heard()
     page.type("#start_rpm", 250)
     page.click("#start")
-    page.wait(lambda: re.match(r"speed: 2[45]\d\.\d+ rpm, reference 250", page.find("turning").text))
+    page.wait(lambda: re.match(r"speed: 2[45]\d\.\d+ rpm, reference 250", page.text("turning")))
 
 
 # ---- positions ----
 
 def where(page):
     """(mode, counts, target or None, homed), as the page shows it."""
-    found = re.match(r"mode: (\w+) .*position: (-?\d+)(?:, target (-?\d+))?.* counts(, homed)?$", page.find("position").text)
+    found = re.match(r"mode: (\w+) .*position: (-?\d+)(?:, target (-?\d+))?.* counts(, homed)?$", page.text("position"))
     return found and (found[1], int(found[2]), found[3] and int(found[3]), bool(found[4]))
 
 
 def test_positions_and_homing(page):
+    page.go("operate")
     page.script("$('counts').value = 8000")
     page.click("#to button[value='by ']")
     page.wait(lambda: where(page)[0] == "pp" and abs(where(page)[1] - where(page)[2]) <= 2)
@@ -334,21 +426,35 @@ def test_two_tabs_see_each_others_commands(page):
         page.browser.switch_to.window(first)
 
 
+def test_margins_are_those_of_the_open_loop(page):
+    """An integrator that crosses at 1 kHz, 75 us late: 90 - 27 degrees, and a third of 10 kHz where it turns round."""
+    late = """const rows = [...Array(32).keys()].map((k) => { const hz = 100 * 80 ** (k / 31);
+        return [hz, 0, 0, 20 * Math.log10(1000 / hz), -90 - 360 * hz * 75e-6]; }); return margins(rows)"""
+    (phase, at, degrees, _), (gain, turns, decibels, _) = page.script(late)
+    assert (phase, gain) == ("phase margin", "gain margin") and at == pytest.approx(1000, rel=1e-6)
+    assert degrees == pytest.approx(63, abs=0.5) and turns == pytest.approx(1 / (4 * 75e-6), rel=0.01)
+    assert decibels == pytest.approx(20 * np.log10(turns / 1000), abs=0.2)
+    assert page.script("return marginsTold([])") == "the open loop has no margin within these frequencies"
+
+
 def test_a_bode_plot_of_the_running_drive(page):
     assert page.script("const { re, im } = opened({ hz: 1, re: 0.5, im: -0.5 }); return [re, im]") == [0, -1]
     assert page.script("return phases([1, -1, 1].map((im) => ({ re: -1, im })))") == [-225, -135, -225]
+    page.go("tune")
     page.script("say('on')")
-    page.wait(lambda: page.find("state").text == "operation enabled")
+    page.wait(lambda: page.text("state") == "operation enabled")
     page.script("$('bode_amplitude').value = 0.4; $('bode_run').requestSubmit()")
-    page.wait(lambda: page.script("return bode.graphs.length") == 2)
-    said = page.find("bode_said").text
+    page.wait(lambda: "phase margin: " in page.text("bode_said"))
+    said = page.text("bode_said")
     assert "sweep: done, loop: q, amplitude: 0.400 A, points: 32" in said
     margin = float(re.search(r"phase margin: ([\d.]+) degrees", said)[1])
     assert 55 < margin < 75, "62 degrees by the formulas"
+    told = re.match(r"phase margin ([\d.]+) ° at [\d.]+ k?Hz", page.text("bode_margins"))
+    assert float(told[1]) == pytest.approx(margin, abs=2), "as the drive has it"
     gains = page.script("return bode.graphs[0].rawData_.map((row) => row.slice(1))")
     assert len(gains) == 32 and gains[0][0] == pytest.approx(0, abs=1) and gains[0][1] > 10 > -10 > gains[-1][1]
     page.script("say('off')")
-    page.wait(lambda: page.find("state").text == "switch on disabled")
+    page.wait(lambda: page.text("state") == "switch on disabled")
 
 
 def test_the_browser_found_nothing_wrong(page):

@@ -3,6 +3,7 @@
 import asyncio
 import os
 import threading
+import time
 import tty
 from types import SimpleNamespace
 from unittest.mock import patch
@@ -245,6 +246,22 @@ async def test_what_is_another_lines_is_not_stopped_when_the_page_is_closed(driv
         with patch.dict(ANSWERS, status=f"state: switched on\r\nfault: none\r\ncommanded by: {commander}\r\n"):
             await session._mind_pages()
         assert ("quickstop" in drive.heard and "off" in drive.heard) == stopped
+
+
+@at_the_board
+async def test_a_fault_is_told_with_its_words_and_its_time_to_a_page_that_comes_later(drive, session, messages):
+    """By the drive's own clock: it was there a minute before this session saw it."""
+    words = ["fault: stall", "look at: the shaft", "at: 40.000 s, state operation enabled"]
+    before, first, later = int(time.time()), [], []
+    with patch.dict(ANSWERS, status="state: fault\r\nfault: stall\r\nup: 100.000 s\r\n", fault="\r\n".join([*words, ""])):
+        session.join("first", first.append)
+        await until(lambda: any(message.get("fault") == "stall" for message in first))
+        seen = int(time.time())
+        session.join("later", later.append)
+        await until(lambda: "status" in kinds(later))
+    told = [next(one for one in heard if one.get("fault") == "stall") for heard in (first, later)]
+    assert told[0]["hint"] == told[1]["hint"] == words and told[0]["since"] == told[1]["since"]
+    assert told[1]["since"] in [time.strftime("%H:%M:%S", time.localtime(at - 60)) for at in range(before - 1, seen + 2)]
 
 
 @at_the_board

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A capture of the scope as arrays of numpy."""
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+
+from .recording import KINDS
 
 
 @dataclass(frozen=True)
@@ -13,6 +16,14 @@ class Capture:
 
     def __getitem__(self, name):
         return self.values[name]
+
+    def save(self, path, texts=None):
+        """As .csv, .mf4 or .mcap, by the path's ending; texts {signal: {number: word}} of enumerations go along."""
+        kind = KINDS.get(Path(path).suffix)
+        if kind is None:
+            raise ValueError(f"a capture is saved as {', '.join(KINDS)}, not as {Path(path).name}")
+        columns = {name: (self.units[name], values) for name, values in self.values.items()}
+        Path(path).write_bytes(kind(self.t_s, columns, texts))
 
     @classmethod
     def of(cls, raw, signals):

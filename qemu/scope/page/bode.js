@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Frequency responses that the running drive has measured (firmware/scope/sweep.h): closed and open loop, gain and phase.
+// Frequency responses that the running drive has measured (firmware/scope/sweep.h): closed and open loop, gain and phase, and
+// the margins of the open one.
 "use strict";
 
-const bode = { graphs: [] };
+const bode = { graphs: [], rows: [], lines: null };
 
 // Of the answer to `sweep read`: [{hz, re, im}, ...] of the closed loop.
 function pointsOfSweep(lines) {
@@ -32,26 +33,61 @@ function phases(points) {
   return found;
 }
 
-function bodePlot(id, label, rows) {
-  return new Dygraph($(id), rows, { labels: ["Hz", "closed", "open"], ylabel: label, colors: [colour("curve-1"), colour("curve-2")],
-    legend: "always", labelsDiv: $(`${id}_legend`), rightGap: 4, gridLineColor: "#8885", axisLineColor: colour("quiet"),
-    drawPoints: true, axes: { x: { logscale: true, axisLabelFormatter: (x) => `${+x.toPrecision(2)}`,
-      valueFormatter: (x) => `${short(x)} Hz` } } });
+// Where a column of rows [Hz, ...] first falls through a level: {hz, and the other column there}; null if it does not.
+function falls(rows, column, level, other) {
+  const k = rows.findIndex((row, n) => n && rows[n - 1][column] >= level && row[column] < level);
+  if (k < 0) return null;
+  const [a, b] = [rows[k - 1], rows[k]], part = (a[column] - level) / (a[column] - b[column]);
+  return { hz: a[0] * (b[0] / a[0]) ** part, other: a[other] + part * (b[other] - a[other]) };
+}
+
+// Of rows [Hz, dB closed, degrees closed, dB open, degrees open]: [kind, Hz, how much] of what the open loop has.
+function margins(rows) {
+  const phase = falls(rows, 3, 0, 4), gain = falls(rows, 4, -180, 3);
+  return [phase && ["phase margin", phase.hz, phase.other + 180, "°"],
+    gain && ["gain margin", gain.hz, -gain.other, "dB"]].filter(Boolean);
+}
+
+const marginsTold = (found) => found.map(([kind, hz, much, unit]) =>
+  `${kind} ${much.toFixed(1)} ${unit} at ${engineering(hz, "Hz", [hz, hz])}`).join(", ") || "the open loop has no margin within these frequencies";
+
+// Upright where a margin is; level with what it is a margin to; the margin itself, thick.
+function drawMargins(found, kind, level) {
+  return (pen, area, graph) => {
+    pen.fillStyle = colour("quiet");
+    if (graph.toDomYCoord(level) > area.y) pen.fillRect(area.x, graph.toDomYCoord(level), area.w, 1);
+    for (const [name, hz, much] of found) {
+      const x = area.x + graph.toPercentXCoord(hz) * area.w;
+      pen.fillStyle = colour(name === kind ? "mark" : "quiet");
+      pen.fillRect(x - 0.5, area.y, 1, area.h);
+      if (name !== kind) continue;
+      const [from, to] = [graph.toDomYCoord(level), graph.toDomYCoord(level + (kind === "phase margin" ? much : -much))];
+      pen.fillRect(x - 2, Math.min(from, to), 4, Math.abs(to - from));
+    }
+  };
 }
 
 function drawBode(lines) {
   const closed = pointsOfSweep(lines), open = closed.map(opened);
   $("bode_said").textContent = lines.filter((line) => !/ Hz: /.test(line)).join("; ");
   if (closed.length < 2) return;
+  bode.lines = lines;
   const [closedAngles, openAngles] = [phases(closed), phases(open)];
+  bode.rows = closed.map((point, k) => [point.hz, decibels(point), closedAngles[k], decibels(open[k]), openAngles[k]]);
+  const found = margins(bode.rows), names = ["closed", "open"];
+  $("bode_margins").textContent = marginsTold(found);
   bode.graphs.forEach((graph) => graph.destroy());
-  bode.graphs = [
-    bodePlot("bode_gain", "gain, dB", closed.map((point, k) => [point.hz, decibels(point), decibels(open[k])])),
-    bodePlot("bode_phase", "phase, degrees", closed.map((point, k) => [point.hz, closedAngles[k], openAngles[k]])),
-  ];
-  $("bode_gain").setAttribute("aria-label", `gain of the closed and the open loop by frequency; ${$("bode_said").textContent}`);
+  bode.graphs = [["bode_gain", "dB", 1, "gain margin", 0, false], ["bode_phase", "°", 2, "phase margin", -180, true]].map(
+    ([id, unit, at, kind, level, drawAxis]) => chart($(id), $(`${id}_legend`),
+      bode.rows.map((row) => [row[0], row[at], row[at + 2]]), names, ["Hz", unit],
+      { drawPoints: true, underlayCallback: drawMargins(found, kind, level), axes: { x:
+        { logscale: true, drawAxis, axisLabelFormatter: (hz) => engineering(hz, "Hz", [hz, hz]) }, y: {} } }));
+  together(bode.graphs);
+  $("bode_gain").setAttribute("aria-label", `gain of the closed and the open loop by frequency; ${$("bode_margins").textContent}`);
   $("bode_phase").setAttribute("aria-label", "phase of the closed and the open loop by frequency");
 }
+
+dark.addEventListener("change", () => { if (bode.lines) drawBode(bode.lines); });
 
 // What any page has asked; and what the drive says by itself.
 function bodeAnswered(line, lines) {
@@ -69,3 +105,6 @@ $("bode_run").onsubmit = (event) => {
 };
 $("bode_off").onclick = () => say("sweep off");
 $("bode_read").onclick = () => say("sweep read");
+$("save_bode").onclick = () => download("bode.csv", "text/csv",
+  table(["closed", "closed", "open", "open"], ["dB", "deg", "dB", "deg"], bode.rows).replace("time_s", "frequency_Hz"));
+$("picture_bode").onclick = () => savePicture($("bode"), "bode.png");

@@ -7,7 +7,7 @@ const LIVE_PAUSE = 4;   // and so many times what one takes
 const PACE_S = 2;       // over which the drive's time is compared with the clock
 
 const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false, everyMs: 1, paced: false };
-const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
+const captured = { plots: new Plots($("captured")), names: [], units: [], steps: [], rows: [], before: null };
 let signals = {};
 
 const unitsOf = (names) => names.map((name) => signals[name][0]);
@@ -50,21 +50,33 @@ function samplesCame(rows) {
 function captureCame(message) {
   const scale = stepsOf(message.names);
   Object.assign(captured, {
-    names: message.names, units: unitsOf(message.names),
+    names: message.names, units: unitsOf(message.names), steps: scale,
     rows: message.rows.map((row, i) => [
       +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
   });
-  captured.plots.layout(captured.names, captured.units, scale);
-  captured.plots.lines.mark = 0;
-  captured.plots.draw(captured.rows);
+  drawCapture();
   $("captured").dataset.samples = captured.rows.length;
   offer();
   measured();
 }
 
+// With what was kept of an earlier one on top, where both have the signal: by time from the trigger.
+function drawCapture() {
+  const { names, units, steps, rows, before } = captured, both = before ? names.filter((name) => before.names.includes(name)) : [];
+  const of = (list) => both.map((name) => list[names.indexOf(name)]), half = rows.length > 1 ? (rows[1][0] - rows[0][0]) / 2 : 0;
+  const columns = both.map((name) => before.names.indexOf(name) + 1);
+  const kept = both.map((name) => `${name} before`);
+  captured.plots.layout([...names, ...kept], [...units, ...of(units)], [...steps, ...of(steps)], both.length);
+  captured.plots.lines.mark = 0;
+  captured.plots.draw(both.length ? rows.map((row) => {
+    const then = nearest(before.rows, row[0]), there = row[0] > before.rows[0][0] - half && row[0] < before.rows.at(-1)[0] + half;
+    return [...row, ...columns.map((k) => (there ? then[k] : NaN))];
+  }) : rows);
+}
+
 function draw() {
   const seconds = Number($("window").value) || 3;
-  live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
+  if (live.plots.isSeen()) live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
   $("live").dataset.samples = live.rows.length;
   drawVectors();
   if ($("measure_on").value === "live") measured();
@@ -79,6 +91,12 @@ function animate() {
 }
 
 $("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
-$("save_live").onclick = () => download("live.csv", "text/csv", table(live.names, unitsOf(live.names), live.rows));
-$("save_capture").onclick = () => download("capture.csv", "text/csv",
-  table(captured.names, captured.units, captured.rows));
+$("picture_live").onclick = () => savePicture($("live"), "live.png");
+$("picture_capture").onclick = () => savePicture($("captured"), "capture.png");
+$("compare").onclick = () => {
+  captured.before = captured.before || !captured.rows.length ? null : { names: captured.names, rows: captured.rows };
+  $("compare").textContent = captured.before ? "forget the one before" : "keep it to compare";
+  drawCapture();
+};
+$("save_live").onclick = () => record("live", $("live_kind").value, live.names, unitsOf(live.names), live.rows);
+$("save_capture").onclick = () => record("capture", $("capture_kind").value, captured.names, captured.units, captured.rows);

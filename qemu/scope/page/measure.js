@@ -89,9 +89,7 @@ function frequencies() {
   const [hz, amplitude] = lines.slice(2).reduce((most, line) => (line[1] > most[1] ? line : most), [0, 0]);
   $("fft_peak").textContent = `most: ${short(amplitude)} ${units[k]} at ${short(hz)} Hz, lines ${short(perS / 2 / lines.length)} Hz apart`;
   measure.graph?.destroy();
-  measure.graph = new Dygraph($("fft"), lines, { labels: ["Hz", names[k]], ylabel: units[k], colors: [colour("curve-1")],
-    legend: "never", rightGap: 4, gridLineColor: "#8885", axisLineColor: colour("quiet"),
-    axes: { x: { axisLabelFormatter: (x) => `${+x.toFixed(1)} Hz` } } });
+  measure.graph = chart($("fft"), $("fft_legend"), lines, [names[k]], ["Hz", units[k]]);
   $("fft").setAttribute("aria-label", `spectrum of ${names[k]}; ${$("fft_peak").textContent}`);
 }
 
@@ -110,7 +108,7 @@ function placeCursors() {
     if (cursor(name) === null) delete plots.lines[`cursor-${name}`];
     else plots.lines[`cursor-${name}`] = cursor(name);
   }
-  plots.draw(rows);
+  plots.draw(plots.rows.length ? plots.rows : rows);
   measured();
 }
 
@@ -119,7 +117,7 @@ function setRange(automatic) {
   if (automatic || !(least < most)) delete plots.ranges[$("range_of").value];
   else plots.ranges[$("range_of").value] = [least, most];
   $("range_said").textContent = automatic || least < most ? "" : "the lower one first";
-  plots.draw(rows);
+  plots.draw(plots.rows.length ? plots.rows : rows);
 }
 
 // A click sets A, with Shift B.
@@ -135,7 +133,7 @@ function cursorsOf(plots, name) {
 cursorsOf(live.plots, "live");
 cursorsOf(captured.plots, "captured");
 $("cursor_a").oninput = $("cursor_b").oninput = placeCursors;
-$("measure_on").onchange = () => { offer(); placeCursors(); };
+$("measure_on").onchange = () => { offer(); placeCursors(); showTask(); };
 $("range_set").onclick = () => setRange(false);
 $("range_auto").onclick = () => setRange(true);
 $("between_cursors").onclick = () => {

@@ -19,6 +19,13 @@ function log(text) {
   $("said").scrollTop = $("said").scrollHeight;
 }
 
+// A table as a file for other tools, which the session makes: .csv, .mf4, .mcap.
+async function record(name, kind, names, units, rows) {
+  const answer = await fetch(`record.${kind}`, { method: "POST", body: JSON.stringify({ names, units, rows }) });
+  if (answer.ok) download(`${name}.${kind}`, "application/octet-stream", await answer.blob());
+  else log(`error: ${name}.${kind} was not made: ${await answer.text()}`);
+}
+
 function download(name, type, text) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([text], { type }));

@@ -22,7 +22,6 @@ const takes = {
   hello(message) {
     Object.assign(live, { everyMs: message.every_ms, paced: message.twin });
     $("title").textContent = message.title;
-    $("twin").hidden = !message.twin;
     $("disturbance").replaceChildren(...Object.keys(message.disturbances).map((name) => new Option(name)));
     $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
     if (message.twin) $("disturbance").onchange();
@@ -30,6 +29,8 @@ const takes = {
     setup.steps = message.steps;
     list(message.signals);
     watch(message.chosen);
+    showTask();
+    showNumbers([]);
     send({ kind: "parameters" });
   },
   signals(message) { signals = message.signals; },
@@ -37,17 +38,12 @@ const takes = {
   samples({ rows }) { samplesCame(rows); },
   status(message) {
     state = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
-    $("state").textContent = state;
+    stateCame(message);
     $("status").textContent = message.lines.join("\n");
-    const owner = message.lines.find((line) => line.startsWith("commanded by: "))?.slice(14) ?? "nobody";
-    $("take").hidden = ["nobody", "the console"].includes(owner);
-    $("take").textContent = `take over from ${owner}`;
     $("capture").textContent = `Now: ${message.capture}`;
     $("damaged").textContent = message.damaged ? `${message.damaged} frames damaged` : "";
     setupStatus(message);
     motionStatus(message);
-    if (message.hint.length) $("fault").textContent = message.hint.join("\n");
-    $("fault").hidden = message.fault === "none";
     if (awaiting && message.capture.startsWith("done")) {
       awaiting = false;
       send({ kind: "capture" });
@@ -59,21 +55,25 @@ const takes = {
   },
   silent({ why, since, words }) {
     const known = state || "unknown";
-    $("state").textContent = `silent since ${since}; last: ${known}`;
+    showState("SILENT", `silent since ${since}; last: ${known}`);
     $("silent").textContent = `The drive is silent since ${since}: ${why}. What is grey is what was known then.`
       + (words ? ` Its last words:\n${words}` : "");
     $("silent").hidden = false;
     document.body.classList.add("stale");
+    allow();
   },
   awake() {
     $("silent").hidden = true;
     document.body.classList.remove("stale");
+    allow();
     send({ kind: "parameters" });
   },
   answer({ line, lines, own }) {
     setupAnswered(line, lines);
     bodeAnswered(line, lines);
     log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
+    if (own) $("last").textContent = `${line}: ${lines[0] ?? ""}${lines.length > 1 ? " ..." : ""}`;
+    if (own) $("last").classList.toggle("refusal", Boolean(lines[0]?.startsWith("error")));
     if (line === "scope arm" && own) awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
     if (own) setAnswered(line, lines);
   },
@@ -124,8 +124,13 @@ $("arm").onclick = () => {
   say("scope off");
   captureLines().forEach(say);
 };
-$("read").onclick = () => send({ kind: "capture" });
-$("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
+function showCapture(of) {
+  send({ kind: "capture", of });
+  $("measure_on").value = "captured";
+  $("measure_on").onchange();
+}
+$("read").onclick = () => showCapture("read");
+$("read_fault").onclick = () => showCapture("fault");
 
 // ---- the line ----
 
@@ -137,8 +142,10 @@ socket.onmessage = ({ data }) => {
 };
 socket.onclose = () => {
   $("lost").hidden = false;
-  $("state").textContent = `lost; last: ${state || "unknown"}`;
+  showState("LOST", `lost; last: ${state || "unknown"}`);
   document.body.classList.add("stale");
+  allow();
 };
 setInterval(() => send({ kind: "here" }), 700);
+showTask();
 animate();

@@ -34,7 +34,7 @@ function drawVector(canvas, points, full, name) {
 
 // Full scale: i_max_ma for currents; for voltages what a circle in the hexagon has, 1 / sqrt(3) of the bus.
 function drawVectors() {
-  if (!$("vector_view").open) return;
+  if (!$("vector_view").open || !live.plots.isSeen()) return;
   const iMax = (parameters.known.get("i_max_ma")?.value || 1000) / 1000;
   for (const [letter, unit, full, name] of [["i", "A", iMax, "curve-1"], ["v", "% of bus", 100 / Math.sqrt(3), "curve-2"]]) {
     const points = pointsOf(letter, live.names, live.rows), canvas = $(`vector_${letter}`), text = $(`vector_${letter}_text`);
