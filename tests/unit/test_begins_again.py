@@ -97,3 +97,15 @@ def test_a_bridge_that_goes_off_leaves_no_torque_behind(c):
         setattr(s, name, OLD)
     c.torque_reset(s)
     assert [getattr(s, name) for name in left] == [0] * len(left)
+
+
+def test_each_try_of_the_polarity_is_judged_by_its_own_scatter(c):
+    """The one before it was too faint to tell: sums and squares begin anew, with more current."""
+    w = Drive(c, rpm=0)
+    s = w.axis.injection
+    s.step, s.i_q15, s.tries, s.ms = c.STEP_POLARITY, 1000, 0, 4 * 24
+    for name, value in (("with", 600), ("against", 600), ("with_squares", 10**9), ("against_squares", 10**9)):
+        setattr(s, name, value)
+    assert c.injection_start_step(w.axis) == c.INJECTION_RUNNING
+    assert s.step == c.STEP_POLARITY and s.tries == 1 and s.i_q15 == 1500
+    assert (s.ms, getattr(s, "with"), s.against, s.with_squares, s.against_squares) == (0, 0, 0, 0, 0)

@@ -206,3 +206,12 @@ def test_a_record_that_ends_where_the_page_does_is_whole(c, beyond, whole):
     assert c.record_next(reader, found) == whole and reader.broken != whole
     if whole:
         assert c.record_word(found, 0) == 777 and not c.record_next(reader, found) and not reader.broken
+
+
+def test_conversions_missed_while_a_page_is_written_are_excused_on_both_axes(drive, c):
+    """The other axis' slow loop waits, too, and would take them for a current loop that has stopped."""
+    beside = c.axis()
+    beside.time_ms, beside.state = 777, c.AXIS_SWITCH_ON_DISABLED
+    drive.axis.beside = ctypes.pointer(beside)
+    assert drive.save() == "NONE"
+    assert beside.pace_chosen_ms == 777 and drive.axis.pace_chosen_ms == drive.axis.time_ms
