@@ -149,8 +149,9 @@ void judge_word(enum owner line, uint32_t axis, uint32_t word, const int32_t *rp
     struct judged *const j = &judged[axis];
     const bool stops = (word & 0x06u) != 0x06u, faulty = world.axes[axis].faults.cause != FAULT_NONE;
     const bool counts = j->owner == OWNER_NONE || j->owner == line || faulty || stops;
-    const uint32_t rising = word & ~j->word[line];
-    j->word[line] = word;
+    const bool refused = faulty && (word & 0x0Fu) == 0x0Fu && j->owner != OWNER_NONE && j->owner != line;
+    const uint32_t rising = refused ? 0u : word & ~j->word[line]; /* with its edges: it enables, and another commands */
+    j->word[line] = refused ? j->word[line] : word;
     if (counts) {
         j->said_rpm[line] = rpm != NULL ? *rpm : j->said_rpm[line];
         j->asked_rpm[line] = (word & 0x100u) != 0u ? 0 : j->said_rpm[line];
