@@ -16,7 +16,7 @@ from launcher.console import LEAD_S, PACE_S, live_axis
 from launcher.drive import load_drive
 from launcher.paths import build_dir
 from launcher.probes import Symbols
-from launcher.qemu import Image, Qemu, bus_chardev, command, escape, line_chardev, progress_s, start
+from launcher.qemu import Image, Qemu, bus_chardev, command, escape, line_chardev, progress_s, reason, start, tail
 from launcher.scenario import Scenario, Step
 from launcher.simulate import prepare, write
 
@@ -116,5 +116,7 @@ def _running(out_dir, motor, options, items, typed=(), console=None, second="", 
             yield files, output
         finally:
             over.set()
+            ended = process.poll()
             process.kill()
             process.wait()
+        assert ended is None, f"the drive was gone before the test let it go: {reason(ended)}{tail(output, 40)}"
