@@ -292,6 +292,7 @@ lint: tools-lint
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/lint.py
 	@$(PYTHON) tests/tools/arrows.py $(BUILD)/arm/firmware
+	@$(PYTHON) tests/tools/writers.py
 
 profile: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
