@@ -30,7 +30,7 @@ endif
 VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
     SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL UNTIL N FILES BY RUNGS \
-    BUDGET BUGS REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
+    BUDGET BUGS REMEMBER RECORDINGS V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
 ifneq ($(UNKNOWN),)
@@ -108,7 +108,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything best-loop best-loop-twin dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything best-loop best-loop-twin recordings dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -333,6 +333,9 @@ best-loop-twin: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@OPENBLAS_NUM_THREADS=1 $(PYTHON) tests/campaign/best_loop_twin.py
 
+recordings: tools-run
+	@PYTHONPATH=tests:qemu:firmware/tables:linker/bounds $(PYTHON) tests/recordings/play.py "$$RECORDINGS"
+
 client: tools-run
 	@$(PYTHON) tests/tools/client.py $(BUILD)/client
 
@@ -417,6 +420,7 @@ figures
   make results                 the measured figures into docs/results.md and README.md, and README.md's picture
   make best-loop               what the best speed loop of a machine can do at a rate and lag, docs/best-loop.md
   make best-loop-twin          what the twin measures of today's, which that page compares     [MOTORS="a lot:1-9"]
+  make recordings              Hall edges of real motors through the drive's estimate, and how far it is off  [RECORDINGS=folder]
   make bench                   cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md
   make profile                 where the time of a run goes, by perf                        [MOTOR= SCENARIO= PLANT=]
   make size                    flash and RAM by room; flash, RAM and stack of each function of the library

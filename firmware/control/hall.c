@@ -140,6 +140,19 @@ static void integrate_alone(struct hall_speed *s, const struct tuning *t, int32_
     s->alone_angle_q32 = goes_on ? s->alone_angle_q32 + (int64_t)s->alone_q32 * t->loops_per_slow : 0;
 }
 
+/*
+ * The speed's change in this millisecond. A load that has been seen to brake is not taken to turn the rotor round: that takes a
+ * torque, or an edge that shows it. Friction ends at rest, and so does most of what hands do.
+ */
+static int32_t change_q8(const struct hall_speed *s, int32_t torque_q8)
+{
+    const int32_t torque_forward_q8 = torque_q8 * s->direction;
+    const int32_t forward_q8 = (torque_q8 + s->load_q8) * s->direction;
+    const bool turns_round =
+        (int64_t)s->speed_q32 * s->direction <= 0 && forward_q8 < torque_forward_q8 && forward_q8 < 0;
+    return turns_round ? (torque_forward_q8 < 0 ? torque_q8 : 0) : torque_q8 + s->load_q8;
+}
+
 /* At rest the load equals the torque. */
 static void integrate_push(struct hall *h, const struct tuning *t, int32_t torque_q15)
 {
@@ -147,7 +160,7 @@ static void integrate_push(struct hall *h, const struct tuning *t, int32_t torqu
     const int32_t torque_q8 = clamp_both_ways((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8);
     integrate_alone(s, t, torque_q8);
     s->load_q8 = s->lost ? -torque_q8 : s->load_q8;
-    s->pushed_q32 += (uint64_t)(int64_t)((torque_q8 + s->load_q8) >> 8);
+    s->pushed_q32 += (uint64_t)(int64_t)(change_q8(s, torque_q8) >> 8);
     s->pushed_angle_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
 }
 

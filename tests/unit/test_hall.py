@@ -244,6 +244,35 @@ def test_a_rotor_that_torque_takes_from_rest_has_a_speed_at_its_first_edge(c, be
     assert rotor.hall.count == 1 and np.abs(off).max() < off_deg, "with a speed of 0 it would be 57 degrees"
 
 
+@pytest.mark.parametrize("way", (1, -1))
+def test_a_torque_turns_it_round_before_an_edge_shows_it(c, way):
+    """From 10 Hz to the other way within one sector, whichever way a load helps."""
+    for load_part in (0, 0.2, -0.2):
+        rotor = Rotor(c, Switches())
+        rotor.turning(10 * way, 517)  # to just behind an edge
+        hz_s = -way * 1000 / (1 - load_part)
+        pushed(rotor, hz_s, -hz_s * load_part, 2, hz=10 * way)
+        rotor.hall.speed.load_q8 = round(-hz_s * load_part / per_torque(rotor) * rotor.hall.push_q8)
+        edges = rotor.hall.count
+        _, speeds = pushed(rotor, hz_s, -hz_s * load_part, 15, hz=8 * way)
+        assert rotor.hall.count == edges and speeds[-1] == pytest.approx(-7 * way, abs=1.5), load_part
+
+
+@pytest.mark.parametrize("way", (1, -1))
+def test_a_load_that_brakes_does_not_turn_it_round_until_an_edge_shows_it(c, way):
+    """Hands, friction: what has stopped a shaft need not drive it. What falls is seen to fall at its second edge."""
+    rotor = Rotor(c, Switches())
+    rotor.turning(10 * way, 500)
+    t = np.arange(1, 25 * PER_MS + 1) / 20000
+    rotor.run(rotor.turns + way * (10 * t - 400 * t * t / 2))
+    rotor.hall.speed.load_q8 = round(-way * 400 / per_torque(rotor) * rotor.hall.push_q8)
+    edges = rotor.hall.count
+    _, speeds = rotor.run(np.full(15 * PER_MS, rotor.turns))
+    assert rotor.hall.count == edges and (way * speeds > -0.2).all()
+    _, speeds = rotor.turning(-10 * way, 80)
+    assert speeds[-1] == pytest.approx(-10 * way, rel=0.15)
+
+
 def test_a_rotor_that_has_swung_and_rests_has_a_speed_at_its_first_edge(c):
     """As behind a start that has found it: forth and back over an edge, 50 ms apart, and a torque 140 ms later."""
     rotor, hz_s = Rotor(c, Switches(), start=0.13), 400.0
