@@ -83,6 +83,16 @@ static void ask_reference(const struct sweep *s, int32_t value_q15)
     }
 }
 
+/* Unless it is another by now: who takes over from a lost encoder turns the references with the frame, at any sample. */
+static void replace_reference(const struct sweep *s, int32_t seen_q15, int32_t value_q15)
+{
+    const uint32_t mask = cpu_irq_save();
+    if (reference_q15(s) == seen_q15) {
+        ask_reference(s, value_q15);
+    }
+    cpu_irq_restore(mask);
+}
+
 static void finish(struct sweep *s, enum sweep_state how)
 {
     const uint32_t held = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which writes the reference, too */
@@ -90,8 +100,8 @@ static void finish(struct sweep *s, enum sweep_state how)
     cpu_compiler_barrier();
     if (s->loop == SWEEP_SPEED) {
         s->axis->torque.probe_q15 = 0;
-    } else if (reference_q15(s) == s->written_q15) {
-        ask_reference(s, s->base_q15);
+    } else {
+        replace_reference(s, s->written_q15, s->base_q15);
     }
     (void)cpu_mask_below(held);
 }
@@ -180,7 +190,7 @@ void sweep_sample(struct sweep *s, uint32_t samples)
     const int32_t next_q15 = sweep_correlate(s, seen_q15, s->loop == SWEEP_D ? c->i_d_q15 : c->i_q_q15, samples);
     s->base_q15 = seen_q15 == s->written_q15 ? s->base_q15 : seen_q15;
     s->written_q15 = s->base_q15 + next_q15;
-    ask_reference(s, s->written_q15);
+    replace_reference(s, seen_q15, s->written_q15);
 }
 
 void sweep_step(struct sweep *s)

@@ -166,6 +166,36 @@ def test_the_interrupt_takes_over_from_the_encoder_while_the_slow_loop_does(c):
     assert blocks > 100
 
 
+@pytest.mark.parametrize("ends", (False, True))
+def test_a_sweep_leaves_references_alone_that_an_interrupt_has_turned_with_the_frame(c, ends):
+    """The reference is the sweep's where it was so before, and the loop's own from the instant at which it took over."""
+    w = Carrying(c)
+    loop = w.axis.loop
+    sweep = c.sweep(axis=ctypes.pointer(w.axis))
+    assert c.sweep_begin(sweep, c.SWEEP_Q, 500).error == c.ERROR_NONE
+    c.sweep_sample(sweep, 1)
+    c.sweep_sample(sweep, 7)
+    before = bytes(w.axis), bytes(sweep)
+
+    def sampler():
+        (c.sweep_end if ends else lambda s: c.sweep_sample(s, 5))(sweep)
+
+    def takes_over():
+        c.current_loop_coast(loop, 2**28, loop.pll.speed_q32)  # as failover_from_sample() does
+        turned.append((loop.i_d_ref_q15, loop.i_q_ref_q15))
+    blocks, turned = 0, []
+    while True:
+        for part, kept in zip((w.axis, sweep), before):
+            ctypes.memmove(ctypes.addressof(part), kept, len(kept))
+        w.fabric.gate.CONTROL = 1
+        blocks += 1
+        if not interrupted(c, sampler, takes_over, blocks):
+            break
+        begins_anew = not ends and (sweep.base_q15, sweep.written_q15) == (turned[-1][1], loop.i_q_ref_q15)
+        assert loop.i_d_ref_q15 == turned[-1][0] and (begins_anew or loop.i_q_ref_q15 == turned[-1][1]), f"block {blocks}"
+    assert blocks > 3
+
+
 def test_a_stop_while_identify_thinks_stays(c):
     for at in [*range(1, 60), *range(60, 3000, 37)]:
         d = begin(c)
