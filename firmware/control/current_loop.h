@@ -75,7 +75,7 @@ struct current_loop {
     struct pll pll;            /* angle predicted for the next sample, and speed; of encoder or observer, electrical */
     uint32_t angle_offset_q32; /* from that angle to the rotor's; 0 with the observer */
     const int32_t *sine;       /* lib/trig.h */
-    /* references: written by the slow loop */
+    /* references: by current_loop_ask(); docs/contexts.md */
     int32_t i_d_ref_q15;
     int32_t i_q_ref_q15;
     /* controllers: steps per LSB of current; 0 while the bridge is off */
@@ -96,7 +96,7 @@ struct current_loop {
     int32_t field_speed_q32;                      /* added each sample */
     uint16_t circle_steps[1 << LOOP_CIRCLE_BITS]; /* largest |v_q| for a given v_d */
 
-    /* which instance runs: written only by current_loop_select() */
+    /* which instance runs: by current_loop_select(), _exchange(), _divert(), _install() */
     const struct loop_handlers *handlers; /* NULL: no interrupt */
     uint32_t source;
     void (**diverted)(void); /* keeps the handler's address while the vector holds another entry; NULL: it does not */

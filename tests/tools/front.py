@@ -45,7 +45,7 @@ def figures():
     bandwidth, margin = re.search(r"(\d+) Hz at -90°, phase margin (\d+)°", block("docs/results.md", "quickest")).groups()
     return (f"- **{encoder} cycles** with an encoder, **{observer}** without a sensor: the whole current-loop interrupt, at"
             f" worst ({usual} and\n  {usual_observer} nominal); with an encoder {share} % of a 100 MHz core at {hz} kHz,"
-            f" {latency} until the PWM is written; {largest} beyond the circle of\n  voltages"
+            f" {latency} until the PWM is written; {largest} in\n  overmodulation"
             f" ([benchmarks](docs/benchmarks.md), in the twin's cycle model)\n"
             f"- **{int(bandwidth) / 1000:.1f} kHz** closed current loop at -90°, phase margin {margin}°, with two samples a PWM"
             f" period\n  ([results](docs/results.md#the-current-loop))\n"
@@ -72,7 +72,7 @@ def limits():
         ("current sensors", "three: shunts under the low sides, in line, or isolated modulators", "one shunt in the bus"),
         ("bus voltage", f"simulated {span(INVERTERS, 'supply', 'vbus_v')} V; parameters to {param['v_range_mv'][1] // 1000} V",
          "mains rectifier, power factor"),
-        ("phase current", f"simulated {span(MOTORS, 'rating', 'rated_current_a')} A rated, peak; parameters to"
+        ("phase current", f"simulated {span(MOTORS, 'rating', 'rated_current_a')} A rated (peak of the sine); parameters to"
          f" {param['i_range_ma'][1] // 1000} A", ""),
         ("electrical frequency", f"to {LARGEST_HZ:g} Hz at {int(usual) // 1000} kHz PWM", "beyond"),
         ("PWM", f"{int(slowest) // 1000} to {int(quickest) // 1000} kHz; one sample a period, or two up to"
