@@ -153,10 +153,20 @@ def test_detune_changes_what_the_firmware_is_told_and_nothing_else():
     assert "set resistance_mohm 468" in preamble(wrong)
 
 
+def test_a_step_of_current_that_stays_linear_needs_no_more_voltage_than_there_is():
+    drive = load_drive(MOTOR)
+    rated_a, resistance = drive.motor["rating"]["rated_current_a"], drive.motor["electrical"]["resistance_ohm"]
+    assert drive.linear_step_a == pytest.approx(0.6 * rated_a)
+    drive.motor["control"]["current_bw_hz"] = 20000
+    volts = 2 * math.pi * 20000 * drive.motor["electrical"]["lq_h"] * drive.linear_step_a + resistance * rated_a
+    assert drive.linear_step_a < 0.5 * rated_a and volts == pytest.approx(0.8 * drive.inverter["supply"]["vbus_v"] / math.sqrt(3))
+
+
 @pytest.mark.parametrize("text, complaint", [
     ("resistance*2", "no parameter 'resistance'; there are: pole_pairs, encoder_counts"),
     ("resistance_mohm", "is none of name[*]1.3"), ("resistance_mohm**2", "is none of"), ("resistance_mohm*x", "is none of"),
-    ("flux_uwb/0", "division by zero"), ("flux_uwb*1e9", "beyond 32 bits"), ("flux_uwb * 2", "is none of"),
+    ("flux_uwb/0", "division by zero"), ("flux_uwb*1e9", "beyond 32 bits"),
+    ("flux_uwb=-3e9", "beyond 32 bits"), ("flux_uwb * 2", "is none of"),
 ])
 def test_broken_detune(text, complaint):
     with pytest.raises(LauncherError, match=complaint) as raised:

@@ -7,6 +7,7 @@ import pytest
 
 from launcher import LauncherError, dwarf
 from launcher.drive import load_drive
+from launcher.paths import build_dir
 from launcher.probes import Symbols, make_probes
 
 
@@ -96,6 +97,14 @@ def test_probe_scales(symbols):
     assert by_column["i_q_A"].scale * 32768 == pytest.approx(drive.inverter["sensor"]["i_range_a"])
     assert by_column["speed_fw_rpm"].scale == 1 / 16
     assert enums["fault"][1] == "FAULT_BAD_DAY"
+
+
+def test_columns_of_the_image_are_in_the_units_of_its_drive():
+    drive = load_drive("teknic_m2310p")
+    by_column = {probe.column: probe for probe in make_probes(Symbols(build_dir() / "mssfoc.elf"), drive)[0]}
+    for columns, milli in ((("i_d_A", "i_q_ref_A", "cogging_A"), "i_range_ma"), (("v_d_V", "v_q_V", "vbus_fw_V"), "v_range_mv")):
+        for column in columns:
+            assert by_column[column].scale * 32768 == pytest.approx(drive.params[milli] / 1000), column
 
 
 def test_files_that_are_no_image(tmp_path):

@@ -213,5 +213,8 @@ def test_progress_past_the_planned_end(live, said):
     """A late start makes a run longer than planned."""
     stream = io.StringIO()
     stream.isatty = lambda: live
-    ProgressLine("run", stream)(1.2, 1.0)
+    line = ProgressLine("run", stream)
+    line(1.2, 1.0)
     assert stream.getvalue() == said
+    line.done()
+    assert stream.getvalue() == said + ("\r\033[K" if live else "")

@@ -18,7 +18,7 @@ def test_as_far_as_psi_by_l_allows(motor):
     drive = load_drive(motor, plant="full", spread=0)
     names = weakening_names(drive)
     assert names["weak_x"] == pytest.approx(REACHES[motor], abs=0.06)
-    assert names["weak_rpm"] < names["weak_max_rpm"] < names["weak_overspeed_rpm"]
+    assert names["weak_sag_rpm"] <= names["weak_rpm"] < names["weak_max_rpm"] < names["weak_overspeed_rpm"]
     supply = drive.inverter["supply"]
     usable_v = KEPT * CIRCLE * supply["vbus_v"] * (0.955 if supply["rectifier_hz"] else 1)
     i_max_a, machine = drive.params["i_max_ma"] / 1000, machine_of(drive, WARM_C)

@@ -60,7 +60,6 @@ def test_a_sum_of_two_words_wraps(scoped):
 
 # ---- frames ----
 
-
 def frame_of(c, number, values):
     to = (ctypes.c_uint8 * 64)(*[0xEE] * 64)
     length = c.frame_sample(to, number, (ctypes.c_int32 * 8)(*values), len(values))
@@ -78,7 +77,7 @@ def test_the_host_reads_them_between_text(c, number, values, text):
     text = bytes(byte | 32 for byte in text)
     got = list(Splitter().take(text + frame_of(c, number, values) + text))
     assert [one for one in got if isinstance(one, Sample)] == [Sample(number & 0xFFFF, tuple(values))]
-    assert b"".join(one for one in got if isinstance(one, bytes)) == text + text
+    assert b"".join(pieces := [one for one in got if isinstance(one, bytes)]) == text + text and all(pieces)
 
 
 @given(values=st.lists(INT32, min_size=1, max_size=8), at=st.integers(0, 400), data=st.data())
