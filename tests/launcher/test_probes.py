@@ -102,7 +102,8 @@ def test_probe_scales(symbols):
 def test_columns_of_the_image_are_in_the_units_of_its_drive():
     drive = load_drive("teknic_m2310p")
     by_column = {probe.column: probe for probe in make_probes(Symbols(build_dir() / "mssfoc.elf"), drive)[0]}
-    for columns, milli in ((("i_d_A", "i_q_ref_A", "cogging_A"), "i_range_ma"), (("v_d_V", "v_q_V", "vbus_fw_V"), "v_range_mv")):
+    for columns, milli in ((("i_d_A", "i_q_ref_A", "cogging_A"), "i_range_ma"),
+                           (("v_d_V", "v_q_V", "vbus_fw_V"), "v_range_mv")):
         for column in columns:
             assert by_column[column].scale * 32768 == pytest.approx(drive.params[milli] / 1000), column
 
