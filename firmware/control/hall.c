@@ -366,11 +366,16 @@ static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
     cpu_irq_restore(mask);
 }
 
-/* No interval has told the speed, and nothing else says that it will leave the first half of its sector soon. */
+/*
+ * No interval has told the speed, and nothing else says that it will leave the first half of its sector soon. Or it is so slow
+ * that it counts as at rest before it leaves it: then it may as well have turned round.
+ */
 static bool speed_is_unknown(const struct hall *h, const struct tuning *t)
 {
-    const int64_t way_q32 = (int64_t)q15_abs(h->speed.speed_q32) * t->loops_per_slow * (1 << MIDDLE_SHIFT);
-    return h->speed.intervals == 0u && way_q32 < h->sector[h->state].half_q32;
+    const int64_t speed_q32 = q15_abs(h->speed.speed_q32);
+    const int32_t half_q32 = h->sector[h->state].half_q32;
+    return (h->speed.intervals == 0u && speed_q32 * t->loops_per_slow * (1 << MIDDLE_SHIFT) < half_q32) ||
+           speed_q32 * (LOST_CLOCKS / SLOW_CLOCKS) * t->loops_per_slow < 2LL * half_q32;
 }
 
 /*

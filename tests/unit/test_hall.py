@@ -273,6 +273,18 @@ def test_a_load_that_brakes_does_not_turn_it_round_until_an_edge_shows_it(c, way
     assert speeds[-1] == pytest.approx(-10 * way, rel=0.15)
 
 
+@pytest.mark.parametrize("way", (1, -1))
+def test_a_rotor_that_hardly_turns_may_have_turned_round(c, way):
+    """At 0.6 Hz a sector takes longer than what counts as rest: the middle is never wrong by more than half of it."""
+    rotor = Rotor(c, Switches())
+    rotor.turning(20 * way, 501 if way > 0 else 500)  # to 7 degrees behind an edge
+    rotor.turning(0, 1)
+    speed = rotor.hall.speed
+    speed.rest_q32, speed.pushed_q32, speed.load_q8 = round(0.6 * way / 20000 * TURN) % 2**64, 0, 0
+    off, speeds = rotor.run(np.full(240 * PER_MS, rotor.turns))
+    assert abs(speeds[0]) == pytest.approx(0.6, rel=0.01) and np.abs(off).max() < 35
+
+
 def test_a_rotor_that_has_swung_and_rests_has_a_speed_at_its_first_edge(c):
     """As behind a start that has found it: forth and back over an edge, 50 ms apart, and a torque 140 ms later."""
     rotor, hz_s = Rotor(c, Switches(), start=0.13), 400.0
