@@ -44,6 +44,7 @@ void step_memory(struct bringup *b)
     SYSREG->EDAC_SR = SYSREG_EDAC_ALL;
     report(b, FACT_EDAC_SR_CLEARED, SYSREG->EDAC_SR);
     report(b, FACT_PIPELINE, SYSREG->ESRAM_PIPELINE_CR);
+    report(b, FACT_WEIGHTS, SYSREG->MASTER_WEIGHT0_CR);
 }
 
 void step_pins(struct bringup *b)

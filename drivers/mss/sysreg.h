@@ -23,7 +23,8 @@ struct sysreg_regs {
     volatile uint32_t CC_REGION_CR;
     uint32_t reserved_020[6]; /* cache lock, DDR bridge */
     volatile uint32_t EDAC_CR;
-    uint32_t reserved_03c[3]; /* bus masters' weights, software interrupt */
+    volatile uint32_t MASTER_WEIGHT0_CR;
+    uint32_t reserved_040[2]; /* further masters' weights, software interrupt */
     volatile uint32_t SOFT_RESET_CR;
     volatile uint32_t M3_CR;
     volatile uint32_t FAB_IF_CR;
@@ -65,6 +66,7 @@ REG_AT_OFFSET(struct sysreg_regs, ENVM_REMAP_FAB_CR, 0x014);
 REG_AT_OFFSET(struct sysreg_regs, CC_CR, 0x018);
 REG_AT_OFFSET(struct sysreg_regs, CC_REGION_CR, 0x01C);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_CR, 0x038);
+REG_AT_OFFSET(struct sysreg_regs, MASTER_WEIGHT0_CR, 0x03C);
 REG_AT_OFFSET(struct sysreg_regs, SOFT_RESET_CR, 0x048);
 REG_AT_OFFSET(struct sysreg_regs, M3_CR, 0x04C);
 REG_AT_OFFSET(struct sysreg_regs, FAB_IF_CR, 0x050);
@@ -112,6 +114,8 @@ REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 #define SYSREG_CC_CR_LOCK       (1u << 2)
 #define SYSREG_FLUSH_CACHE      (1u << 0) /* of FLUSH_CR: empties it */
 #define SYSREG_CC_REGION_CODE_0 (1u << 0) /* the lowest of four slots of 128 MB */
+
+#define SYSREG_WEIGHT_IC 0x1Fu /* of MASTER_WEIGHT0_CR: accesses in a row of the cache's; 0 is 32 */
 
 #define SYSREG_WDOG_ENABLE (1u << 0) /* of WDOG_CR; with b1, WDOGMODE, at 0 a time-out resets */
 

@@ -7,6 +7,7 @@ enum {
     ENVM_CR = 0x0C,
     CC_CR = SYSREG_CC_CR,
     EDAC_CR = 0x38,
+    MASTER_WEIGHT0_CR = 0x3C,
     SOFT_RESET_CR = SYSREG_SOFT_RESET_CR,
     WDOG_CR = SYSREG_WDOG_CR,
     EDAC_IRQ_ENABLE = 0x78,
@@ -51,6 +52,7 @@ struct sysreg_word sysreg_words[SYSREG_WORDS] = {
     {.offset = EDAC_SR, .clears = EDAC_FLAGS},
     {.offset = ENVM_CR, .initial = 0xE0, .writable = ALL}, /* NV_FREQRNG 7 */
     {.offset = CC_CR, .writable = ALL},
+    {.offset = MASTER_WEIGHT0_CR, .initial = 0x02108420, .writable = ALL}, /* the cache's 32, all others 1 */
     {.offset = ESRAM_PIPELINE_CR, .initial = 0x1, .writable = ALL},
     {.offset = PLL_LOCK_EN_CR, .initial = 0xA, .writable = ALL}, /* the lost locks */
     {.offset = DEVICE_VERSION, .initial = 0xF802},

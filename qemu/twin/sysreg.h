@@ -28,7 +28,7 @@ struct sysreg_word {
     uint32_t after_reset;
 };
 
-#define SYSREG_WORDS 18
+#define SYSREG_WORDS 19
 extern struct sysreg_word sysreg_words[SYSREG_WORDS];
 
 uint32_t sysreg_read(void *word, uint32_t offset);
