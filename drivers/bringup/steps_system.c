@@ -17,6 +17,8 @@ void step_core(struct bringup *b)
 void step_causes(struct bringup *b)
 {
     report(b, FACT_CAUSES, b->found.causes);
+    SYSREG->RESET_SOURCE_CR = 0u;
+    report(b, FACT_CAUSES_ZEROS, SYSREG->RESET_SOURCE_CR);
     (void)sysreg_reset_cause();
     report(b, FACT_CAUSES_CLEARED, SYSREG->RESET_SOURCE_CR);
     report(b, FACT_RESETS, b->found.resets);

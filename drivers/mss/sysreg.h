@@ -146,8 +146,9 @@ static inline uint32_t sysreg_held(uint32_t mask)
 void sysreg_release_reset(uint32_t mask);
 
 /*
- * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them: call it once, in main(). Start-up has read
- * them before, to decide whether .noinit is worth keeping. Context: thread.
+ * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them, whether zeros or ones do that: the guide has
+ * plain bits, some of the vendor's programs write ones. Call it once, in main(). Start-up has read them before, to decide
+ * whether .noinit is worth keeping. Context: thread.
  */
 uint32_t sysreg_reset_cause(void);
 

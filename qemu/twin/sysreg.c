@@ -37,7 +37,8 @@ enum {
 
 /* which registers traffic can put back: user guide, 21.5.1 */
 struct sysreg_word sysreg_words[SYSREG_WORDS] = {
-    {.offset = RESET_SOURCE_CR, .writable = ALL},         /* first: sysreg_reset() relies on it */
+    /* first: sysreg_reset() relies on it; sysreg_fix() makes a device of it on which ones clear, and zeros do not */
+    {.offset = RESET_SOURCE_CR, .writable = ALL, .clears = ALL},
     {.offset = EDAC_CR, .initial = 0x3, .writable = ALL}, /* SECDED on both eSRAMs */
     {.offset = SOFT_RESET_CR, .initial = HELD_IN_RESET, .writable = ALL, .at_traffic = ALL},
     /* enabled, reset mode; of the watchdog's registers nothing but power-on is a reset: user guide, 19.5 */

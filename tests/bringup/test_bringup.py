@@ -118,6 +118,14 @@ def test_a_device_made_otherwise_is_named(wrong, tmp_path):
     assert page.rstrip().split("\n")[-1] == f"not as documented: {len(expected)}"
 
 
+def test_a_device_on_which_ones_clear_the_causes_is_as_documented(tmp_path):
+    """Sources disagree; the page shows which it is."""
+    zeros, ones = play(tmp_path), play(tmp_path, "design 0xB0 0x0 0xFF")
+    assert not named(ones) and ones.rstrip().endswith("as documented")
+    for page, left in ((zeros, "0x0"), (ones, "0xFF")):
+        assert re.search(rf"(?m)^B02 RESET_SOURCE_CR after writing 0 +{left} ", page)
+
+
 def test_an_unexpected_fault_is_told_and_the_page_goes_on(tmp_path):
     """The kernel of a step becomes an undefined instruction."""
     with open(BUILD / "bringup.elf", "rb") as file:
