@@ -34,7 +34,7 @@ void step_soft_reset(struct bringup *b)
     b->reset_expected = false;
     report(b, FACT_SOFT_CAUSE, b->again.causes);
     report(b, FACT_SOFT_MARK, same(b->mark, MARK));
-    report(b, FACT_SOFT_RESETS, b->again.resets);
+    report(b, FACT_SOFT_RESETS, b->again.resets & ~BY_THE_BOARD);
     report(b, FACT_SOFT_UART, same(b->again.uart, b->found.uart));
     report(b, FACT_SOFT_TIMER, same(b->again.timer, b->found.timer));
     report(b, FACT_SOFT_FABRIC, fabric_is_ours() ? same(FABRIC0->pwm.PERIOD, b->found.fabric) : 0u);

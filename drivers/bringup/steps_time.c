@@ -40,7 +40,7 @@ static uint32_t refresh_ticks(void)
 
 void step_watchdog(struct bringup *b)
 {
-    report(b, FACT_WDOG_CR, SYSREG->WDOG_CR);
+    report(b, powered_on(b) ? FACT_WDOG_CR : FACT_WDOG_CR_WARM, SYSREG->WDOG_CR);
     watchdog_switch_on(); /* it ends the accesses to come that the fabric leaves without an answer */
     report(b, FACT_WDOGLOAD, SYSREG->WDOGLOAD);
     report(b, FACT_WDOGMVRP, SYSREG->WDOGMVRP);

@@ -49,7 +49,8 @@ struct sysreg_regs {
     uint32_t reserved_154[6];
     const volatile uint32_t WDOGLOAD;
     const volatile uint32_t WDOGMVRP;
-    uint32_t reserved_174[7];
+    uint32_t reserved_174[6];
+    const volatile uint32_t MSS_GPIO_DEF;
     volatile uint32_t EDAC_SR; /* write 1 clears */
     uint32_t reserved_194[2];
     volatile uint32_t WDOGTIMEOUTEVENT;
@@ -83,6 +84,7 @@ REG_AT_OFFSET(struct sysreg_regs, DEVICE_VERSION, 0x14C);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_PLL_STATUS, 0x150);
 REG_AT_OFFSET(struct sysreg_regs, WDOGLOAD, 0x16C);
 REG_AT_OFFSET(struct sysreg_regs, WDOGMVRP, 0x170);
+REG_AT_OFFSET(struct sysreg_regs, MSS_GPIO_DEF, 0x18C);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_SR, 0x190);
 REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
@@ -95,6 +97,7 @@ REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 #define SYSREG_RESET_MMUART1 (1u << 8)
 #define SYSREG_RESET_CAN     (1u << 13)
 #define SYSREG_RESET_FABRIC  (1u << 16) /* MSS_RESET_N_M2F: held after any reset but power-on */
+#define SYSREG_RESET_HPDMA   (1u << 17)
 #define SYSREG_RESET_FIC0    (1u << 18)
 #define SYSREG_RESET_GPIO    (1u << 20)
 #define SYSREG_RESET_GPOUT   (0xFu << 21)
