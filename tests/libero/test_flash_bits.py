@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The flash bits that follow from this project's Libero parameters, by the rules of nine public designs, are what
+"""The flash bits that follow from this project's Libero parameters, by the rules of eleven public designs, are what
 docs/silicon.md has; tests/bringup shows that the bring-up image says so."""
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The MSS' flash bits of a design, by the rules that nine public ones show (flash_bits.toml):
+"""The MSS' flash bits of a design, by the rules that eleven public ones show (flash_bits.toml):
 
     of_board("creative")    {"SOFT_RESET_CR": 0x06097E10, ...}, of this project's own parameters
 """

@@ -22,7 +22,9 @@ def blocks(system, use):
     on = {name: tcl.expanded(params) for name, params in system["mss"]["block"].items()}
     for block, uart in uarts.items():
         on[block] = uart_params(system["uart"], uart)
-    off = system["mss"]["off"] + [block for block in ("MMUART_0", "MMUART_1") if block not in uarts]
+    if "can" in use.board:
+        on["CAN"] = dict(system["can"])
+    off = [block for block in (*system["mss"]["off"], "MMUART_0", "MMUART_1") if block not in on]
     if any("driver" in uart for uart in uarts.values()):
         on["GPIO"] |= system["gpio"]
     return on, off
@@ -32,7 +34,7 @@ def marks(system, block, params):
     """Comments on what of this block no public script has."""
     for key, why in system["unconfirmed"].items():
         _, named, *rest = key.split(" ")
-        if named == block and rest[0] in params:
+        if named == block and (not rest or rest[0] in params):
             yield f"{tcl.UNCONFIRMED}{key}: {why}"
 
 
@@ -60,7 +62,7 @@ def envm(words):
 
 def script(board, system, use, words):
     on, off = blocks(system, use)
-    optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1"}
+    optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1", "CAN"}
     lines = tcl.head(board, "the MSS")
     vlnv = system["core"]["MSS"][0]
     lines += ["# DDRB and SECURITY are not named here: the configurator's defaults are what all public designs have",

@@ -54,9 +54,21 @@ def sources(includes):
     return {name: INCLUDE.sub(lambda _: registers, FORMAL.sub("", text)) for name, text in texts.items()}
 
 
+def clocked(board, system):
+    """The system with the CCC fed by the board's oscillator, if it has one at a pad; else by the device's own."""
+    if "clock" not in board:
+        return system
+    if board["clock"]["mhz"] != constraints.OSCILLATOR_MHZ:
+        raise Wrong(f"{board['name']}: an oscillator of {board['clock']['mhz']} MHz; the CCC's settings are for 50")
+    instances = {name: what | {"params": what["params"] | system["pad"].get(name, {})} if "params" in what else what
+                 for name, what in system["instance"].items()}
+    return system | {"instance": instances, "nets": {name: net for name, net in system["nets"].items()
+                                                     if name != "oscillator_ccc"}}
+
+
 def project(board, build, system=None):
     """{path: text} of all that the project needs but the image; `build` has mssfoc.hex and fabric/mssfoc_regs.vh."""
-    system = system or toml("system.toml")
+    system = clocked(board, system or toml("system.toml"))
     fabric = rtl.read(board["axes"], build / "fabric")
     for port in fabric.ports:
         if port.name not in system["fabric"]["ports"] and not port.name.startswith("pin_"):
