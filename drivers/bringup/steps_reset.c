@@ -53,6 +53,7 @@ void step_by_hand(struct bringup *b)
     report_text("B19", "by hand: press the reset button (DEVRST_N): this page begins anew, as at power-on.");
     report_text("B19", "by hand: volts at the gates' pins, device erased, and while it is programmed: ____ ____");
     report_text("B19", "by hand: the image came by OpenOCD, J-Link or Libero: ____");
+    report_text("B19", "by hand: press t: two lines, 10 s apart by this device. By your clock: ____ s");
 }
 
 void step_can_bus(struct bringup *b)

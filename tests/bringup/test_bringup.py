@@ -193,6 +193,21 @@ def test_the_key_l_locks_the_core_up(tmp_path):
     assert "ockup" in (tmp_path / "qemu.log").read_text()
 
 
+@pytest.mark.parametrize("after_s, there", ((9.99, False), (10.01, True)))
+def test_the_key_t_gives_two_lines_ten_seconds_apart(after_s, there, tmp_path):
+    """For a clock beside the device's, which is right in the twin."""
+    pressed_s = 1.0
+
+    def told(text):
+        return play(tmp_path, f"event {pressed_s} keys 74", until=re.compile(text), latest_s=pressed_s + after_s)
+
+    if there:
+        assert "\nB19 0 s\n" in told("(?m)^B19 10 s by")
+    else:
+        with pytest.raises(LauncherError, match="B19 0 s"):
+            told("(?m)^B19 10 s by")
+
+
 def test_a_reset_button_begins_anew(tmp_path):
     """Power-on and DEVRST_N: the causes say so, whatever is in .noinit."""
     page = play(tmp_path, "event 0.3 power_cut", until=re.compile(r"(?s)as documented.*as documented"))
