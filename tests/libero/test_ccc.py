@@ -7,9 +7,10 @@ from rigs import flash_bits
 
 SYSTEM = project.toml("system.toml")
 # INIT from its lowest bit on, up to what is used here
-FIELDS = {"RFDIV": 8, "FBDIV": 14, "GPD0": 8, "GPD1": 8, "GPD2": 8, "GPD3": 8, "RFMUX": 4, "FBMUX": 4, "GPMUX0": 5, "GPMUX1": 5,
-          "GPMUX2": 5, "GPMUX3": 5, "NGMUX": 40, "GPD_SYNC": 4, "INVRF": 6, "PDLY": 7, "LOCKWIN": 3, "LOCKCNT": 4, "DIVQ": 3,
-          "MODE32K": 1, "MODE_1V2": 1, "MODE_3V3": 1, "FSE": 1, "SSE": 1, "SSMD": 2, "SSMF": 5, "DIVR": 6, "DIVF": 8, "RANGE": 4}
+FIELDS = {"RFDIV": 8, "FBDIV": 14, "GPD0": 8, "GPD1": 8, "GPD2": 8, "GPD3": 8, "RFMUX": 4, "FBMUX": 4, "GPMUX0": 5,
+          "GPMUX1": 5, "GPMUX2": 5, "GPMUX3": 5, "NGMUX": 40, "GPD_SYNC": 4, "INVRF": 6,
+          "PDLY": 7, "LOCKWIN": 3, "LOCKCNT": 4, "DIVQ": 3, "MODE32K": 1, "MODE_1V2": 1, "MODE_3V3": 1,
+          "FSE": 1, "SSE": 1, "SSMD": 2, "SSMF": 5, "DIVR": 6, "DIVF": 8, "RANGE": 4}
 RC, PAD_0, PAD_1 = 11, 0, 1
 # mjijeesh/m2s-fabric-ip 4b8f68e: pad 0, 50 MHz, VCO 800 MHz, GL0 at 50, GL2 at 100 MHz; its report has the registers
 DEMO = "0000007FB8000044D74000F18C2718C231839DC00404040800301"

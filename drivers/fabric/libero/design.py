@@ -12,7 +12,8 @@ def ports(use):
     yield f"sd_create_scalar_port {SD} -port_name {{DEVRST_N}} -port_direction {{IN}}{PAD}"
     for pin in use.pins:
         direction = {"input": "IN", "output": "OUT"}[pin.direction]
-        yield f"sd_create_scalar_port {SD} -port_name {{{pin.port}}} -port_direction {{{direction}}}{PAD if pin.own or pin.port == CLOCK else ''}"
+        pad = PAD if pin.own or pin.port == CLOCK else ""
+        yield f"sd_create_scalar_port {SD} -port_name {{{pin.port}}} -port_direction {{{direction}}}{pad}"
 
 
 def instance(system, name, what):
