@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The INIT of a CCC that a pad feeds is that of one which the RC oscillator feeds, with the pad in its place. Which bits say so
 is in the flash-bit reports of public designs, and the Creative Board's own demo shows its settings in words."""
-from libero import project
-
 from rigs import flash_bits
 
-SYSTEM = project.toml("system.toml")
+SYSTEM = flash_bits.project.toml("system.toml")
 # INIT from its lowest bit on, up to what is used here
 FIELDS = {"RFDIV": 8, "FBDIV": 14, "GPD0": 8, "GPD1": 8, "GPD2": 8, "GPD3": 8, "RFMUX": 4, "FBMUX": 4, "GPMUX0": 5,
           "GPMUX1": 5, "GPMUX2": 5, "GPMUX3": 5, "NGMUX": 40, "GPD_SYNC": 4, "INVRF": 6,
