@@ -59,11 +59,11 @@
     X(ESRAM_FETCH, "B06", DECIMAL, 2u, 4u, "cycles of a fetch from eSRAM") \
     X(CLEAR, "B06", DECIMAL, 24500u, 25500u, "cycles to clear 64 KB") \
     X(HIT, "B07", DECIMAL, ONE(0u), "waits of a cache hit") \
-    X(MISS, "B07", DECIMAL, 30u, 40u, "waits of a cache miss") \
-    X(UNCACHED, "B07", DECIMAL, 7u, 9u, "waits of a load with the cache off") \
+    X(MISS, "B07", DECIMAL, 18u, 40u, "waits of a cache miss") \
+    X(UNCACHED, "B07", DECIMAL, 4u, 9u, "waits of a load with the cache off") \
     X(LOCKED, "B07", DECIMAL, ONE(1u), "the cache locks, every word right") \
     X(LOCKED_LOAD, "B07", DECIMAL, ONE(0u), "waits of a load, locked") \
-    X(BEYOND_LOAD, "B07", DECIMAL, 7u, 9u, "waits of a load beyond what is locked") \
+    X(BEYOND_LOAD, "B07", DECIMAL, 4u, 9u, "waits of a load beyond what is locked") \
     X(ENVM_CR, "B07", HEX, ONE(DOCUMENTED_RESET_SYSREG_ENVM_CR), "ENVM_CR") \
     X(FIC_READ, "B08", DECIMAL, 2u, 8u, "waits of a read by FIC_0") \
     X(FIC_WRITE, "B08", DECIMAL, 2u, 8u, "waits of a write, seen by the next") \
