@@ -365,7 +365,7 @@ make campaign         motors x scenarios x seeds, the worst cases in a table    
 make test             the tests
 make client           the Python client of a drive, $(BUILD)/client
 make eds              the electronic data sheet of a drive on CAN, $(BUILD)/mssfoc.eds
-make libero           a Libero project for a board                               [BOARD=creative|sk1]
+make libero           a Libero project for a board                               [BOARD=creative|sk1 IMAGE=bringup]
 make bringup          the image that tells what a device is, in QEMU
 make flash PROBE=p    onto a board, p is openocd or jlink                        [IMAGE=bringup, instead of the drive]
 make dist             all that a user takes home, in one archive in $(BUILD)/dist/

@@ -71,8 +71,14 @@ void step_other_resets(struct bringup *b); /* B18 */
 void step_by_hand(struct bringup *b);      /* B19 */
 void step_can_bus(struct bringup *b);      /* B20 */
 
+/* Two lines, for somebody with another clock; the watchdog waits longer. */
+void ten_seconds(void);
+
 /* Ends in a lock-up of the core. */
 _Noreturn void lock_up(void);
+
+/* The page began at a power-on, or the reset button; a probe's reset leaves it to the program to release the fabric. */
+bool powered_on(const struct bringup *b);
 
 /* The fabric answers, and is the one that the drivers know: then it may be written to. */
 bool fabric_is_ours(void);

@@ -34,7 +34,7 @@ void step_soft_reset(struct bringup *b)
     b->reset_expected = false;
     report(b, FACT_SOFT_CAUSE, b->again.causes);
     report(b, FACT_SOFT_MARK, same(b->mark, MARK));
-    report(b, FACT_SOFT_RESETS, b->again.resets);
+    report(b, FACT_SOFT_RESETS, b->again.resets & ~BY_THE_BOARD);
     report(b, FACT_SOFT_UART, same(b->again.uart, b->found.uart));
     report(b, FACT_SOFT_TIMER, same(b->again.timer, b->found.timer));
     report(b, FACT_SOFT_FABRIC, fabric_is_ours() ? same(FABRIC0->pwm.PERIOD, b->found.fabric) : 0u);
@@ -53,6 +53,7 @@ void step_by_hand(struct bringup *b)
     report_text("B19", "by hand: press the reset button (DEVRST_N): this page begins anew, as at power-on.");
     report_text("B19", "by hand: volts at the gates' pins, device erased, and while it is programmed: ____ ____");
     report_text("B19", "by hand: the image came by OpenOCD, J-Link or Libero: ____");
+    report_text("B19", "by hand: press t: two lines, 10 s apart by this device. By your clock: ____ s");
 }
 
 void step_can_bus(struct bringup *b)

@@ -6,6 +6,11 @@
 
 #define DEVICE_BITS 0xFFFFu
 
+bool powered_on(const struct bringup *b)
+{
+    return (b->found.resets & SYSREG_RESET_FABRIC) == 0u;
+}
+
 void step_core(struct bringup *b)
 {
     report(b, FACT_DEVICE, SYSREG->DEVICE_VERSION & DEVICE_BITS);
@@ -16,10 +21,13 @@ void step_core(struct bringup *b)
 
 void step_causes(struct bringup *b)
 {
-    report(b, FACT_CAUSES, b->found.causes);
+    const bool cold = powered_on(b);
+    report(b, cold ? FACT_CAUSES : FACT_CAUSES_WARM, b->found.causes);
+    SYSREG->RESET_SOURCE_CR = 0u;
+    report(b, FACT_CAUSES_ZEROS, SYSREG->RESET_SOURCE_CR);
     (void)sysreg_reset_cause();
     report(b, FACT_CAUSES_CLEARED, SYSREG->RESET_SOURCE_CR);
-    report(b, FACT_RESETS, b->found.resets);
+    report(b, cold ? FACT_RESETS : FACT_RESETS_WARM, b->found.resets & ~BY_THE_BOARD);
 }
 
 void step_clocks(struct bringup *b)
@@ -44,6 +52,7 @@ void step_memory(struct bringup *b)
     SYSREG->EDAC_SR = SYSREG_EDAC_ALL;
     report(b, FACT_EDAC_SR_CLEARED, SYSREG->EDAC_SR);
     report(b, FACT_PIPELINE, SYSREG->ESRAM_PIPELINE_CR);
+    report(b, FACT_WEIGHTS, SYSREG->MASTER_WEIGHT0_CR);
 }
 
 void step_pins(struct bringup *b)

@@ -16,6 +16,9 @@
 #define ANY        0u, 0xFFFFFFFFu
 #define ONE(value) (value), (value)
 
+/* Of SOFT_RESET_CR, what a board's design uses or not; whether Libero releases a DMA that is off goes by its version. */
+#define BY_THE_BOARD (SYSREG_RESET_MMUART1 | SYSREG_RESET_CAN | SYSREG_RESET_HPDMA)
+
 /* X(name, step, format, least, largest, text) */
 #define BRINGUP_FACTS(X) \
     X(DEVICE, "B01", HEX, 0xF802u, 0xF804u, "DEVICE_VERSION, lower half") \
@@ -23,8 +26,12 @@
     X(MPU_TYPE, "B01", HEX, ONE(0x800u), "MPU_TYPE") \
     X(DWT_CTRL, "B01", HEX, ONE(DOCUMENTED_RESET_DWT_CTRL), "DWT_CTRL") \
     X(CAUSES, "B02", HEX, ONE(DOCUMENTED_POWER_ON_SYSREG_RESET_SOURCE_CR), "RESET_SOURCE_CR as found") \
-    X(CAUSES_CLEARED, "B02", HEX, ONE(0u), "RESET_SOURCE_CR after writing 0") \
-    X(RESETS, "B02", HEX, ONE(DOCUMENTED_POWER_ON_SYSREG_SOFT_RESET_CR), "SOFT_RESET_CR as found") \
+    X(CAUSES_WARM, "B02", HEX, 1u, SYSREG_CAUSE_ALL, "RESET_SOURCE_CR as found, no power-on") \
+    X(CAUSES_ZEROS, "B02", HEX, 0u, SYSREG_CAUSE_ALL, "RESET_SOURCE_CR after writing 0") \
+    X(CAUSES_CLEARED, "B02", HEX, ONE(0u), "and after writing what was left") \
+    X(RESETS, "B02", HEX, ONE(DOCUMENTED_POWER_ON_SYSREG_SOFT_RESET_CR & ~BY_THE_BOARD), "SOFT_RESET_CR as found") \
+    X(RESETS_WARM, "B02", HEX, ONE(DOCUMENTED_WARM_SYSREG_SOFT_RESET_CR & ~BY_THE_BOARD), \
+      "SOFT_RESET_CR as found, no power-on") \
     X(FACC1, "B03", HEX, ONE(DOCUMENTED_RESET_SYSREG_MSSDDR_FACC1_CR), "MSSDDR_FACC1_CR") \
     X(FACC2, "B03", HEX, ANY, "MSSDDR_FACC2_CR") \
     X(PLL_STATUS, "B03", HEX, ONE(DOCUMENTED_RESET_SYSREG_MSSDDR_PLL_STATUS), "MSSDDR_PLL_STATUS") \
@@ -39,7 +46,9 @@
     X(EDAC_SR, "B04", HEX, ONE(DOCUMENTED_RESET_SYSREG_EDAC_SR), "EDAC_SR as found") \
     X(EDAC_SR_CLEARED, "B04", HEX, ONE(0u), "EDAC_SR after writing ones") \
     X(PIPELINE, "B04", HEX, ONE(DOCUMENTED_RESET_SYSREG_ESRAM_PIPELINE_CR), "ESRAM_PIPELINE_CR") \
+    X(WEIGHTS, "B04", HEX, ONE(DOCUMENTED_RESET_SYSREG_MASTER_WEIGHT0_CR), "MASTER_WEIGHT0_CR") \
     X(WDOG_CR, "B05", HEX, ONE(DOCUMENTED_RESET_SYSREG_WDOG_CR), "WDOG_CR") \
+    X(WDOG_CR_WARM, "B05", HEX, 0u, DOCUMENTED_RESET_SYSREG_WDOG_CR, "WDOG_CR as found, no power-on") \
     X(WDOGLOAD, "B05", HEX, ONE(DOCUMENTED_RESET_SYSREG_WDOGLOAD), "WDOGLOAD") \
     X(WDOGMVRP, "B05", HEX, ONE(DOCUMENTED_RESET_SYSREG_WDOGMVRP), "WDOGMVRP") \
     X(WDOGSTATUS, "B05", HEX, ONE(DOCUMENTED_RESET_WATCHDOG_WDOGSTATUS), "WDOGSTATUS") \
@@ -50,11 +59,11 @@
     X(ESRAM_FETCH, "B06", DECIMAL, 2u, 4u, "cycles of a fetch from eSRAM") \
     X(CLEAR, "B06", DECIMAL, 24500u, 25500u, "cycles to clear 64 KB") \
     X(HIT, "B07", DECIMAL, ONE(0u), "waits of a cache hit") \
-    X(MISS, "B07", DECIMAL, 30u, 40u, "waits of a cache miss") \
-    X(UNCACHED, "B07", DECIMAL, 7u, 9u, "waits of a load with the cache off") \
+    X(MISS, "B07", DECIMAL, 18u, 40u, "waits of a cache miss") \
+    X(UNCACHED, "B07", DECIMAL, 4u, 9u, "waits of a load with the cache off") \
     X(LOCKED, "B07", DECIMAL, ONE(1u), "the cache locks, every word right") \
     X(LOCKED_LOAD, "B07", DECIMAL, ONE(0u), "waits of a load, locked") \
-    X(BEYOND_LOAD, "B07", DECIMAL, 7u, 9u, "waits of a load beyond what is locked") \
+    X(BEYOND_LOAD, "B07", DECIMAL, 4u, 9u, "waits of a load beyond what is locked") \
     X(ENVM_CR, "B07", HEX, ONE(DOCUMENTED_RESET_SYSREG_ENVM_CR), "ENVM_CR") \
     X(FIC_READ, "B08", DECIMAL, 2u, 8u, "waits of a read by FIC_0") \
     X(FIC_WRITE, "B08", DECIMAL, 2u, 8u, "waits of a write, seen by the next") \
@@ -92,7 +101,7 @@
     X(PIN_OUT, "B16", HEX, ONE(DOCUMENTED_RESET_GPIO_GPIO_OUT), "GPIO_OUT as found") \
     X(SOFT_CAUSE, "B17", HEX, ONE(SYSREG_CAUSE_SOFT), "RESET_SOURCE_CR after SYSRESETREQ") \
     X(SOFT_MARK, "B17", DECIMAL, ONE(1u), "a mark in .noinit is kept") \
-    X(SOFT_RESETS, "B17", HEX, ONE(DOCUMENTED_WARM_SYSREG_SOFT_RESET_CR), "SOFT_RESET_CR then") \
+    X(SOFT_RESETS, "B17", HEX, ONE(DOCUMENTED_WARM_SYSREG_SOFT_RESET_CR & ~BY_THE_BOARD), "SOFT_RESET_CR then") \
     X(SOFT_UART, "B17", DECIMAL, ONE(1u), "UART register as at power-on") \
     X(SOFT_TIMER, "B17", DECIMAL, ONE(1u), "timer register as at power-on") \
     X(SOFT_FABRIC, "B17", DECIMAL, ONE(1u), "fabric register as at power-on") \

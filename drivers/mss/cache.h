@@ -15,8 +15,9 @@
 
 /*
  * Empties the cache, copies the first CACHE_BYTES of eNVM into it and locks it. `code`: where the core sees them; `array`: the
- * same by the array's own address, which no cache serves. Every word is compared; if one differs, the cache goes on unlocked,
- * as sysreg_enable_cache() leaves it, and the result is false. Runs from eSRAM. Context: thread, at start, interrupts off.
+ * same by the array's own address, which no cache serves. Every word is compared; if one differs, the cache is off. It is on,
+ * but not locked, if the design does not let the firmware lock it. In either case the result is false. Runs from eSRAM.
+ * Context: thread, at start, interrupts off.
  */
 bool cache_lock(const volatile uint32_t *code, const volatile uint32_t *array);
 

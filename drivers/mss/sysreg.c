@@ -23,6 +23,7 @@ uint32_t sysreg_reset_cause(void)
 {
     const uint32_t cause = SYSREG->RESET_SOURCE_CR & SYSREG_CAUSE_ALL;
     SYSREG->RESET_SOURCE_CR = 0u;
+    SYSREG->RESET_SOURCE_CR = SYSREG->RESET_SOURCE_CR & SYSREG_CAUSE_ALL; /* what zeros have left */
     return cause;
 }
 

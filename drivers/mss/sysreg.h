@@ -23,7 +23,8 @@ struct sysreg_regs {
     volatile uint32_t CC_REGION_CR;
     uint32_t reserved_020[6]; /* cache lock, DDR bridge */
     volatile uint32_t EDAC_CR;
-    uint32_t reserved_03c[3]; /* bus masters' weights, software interrupt */
+    volatile uint32_t MASTER_WEIGHT0_CR;
+    uint32_t reserved_040[2]; /* further masters' weights, software interrupt */
     volatile uint32_t SOFT_RESET_CR;
     volatile uint32_t M3_CR;
     volatile uint32_t FAB_IF_CR;
@@ -48,7 +49,8 @@ struct sysreg_regs {
     uint32_t reserved_154[6];
     const volatile uint32_t WDOGLOAD;
     const volatile uint32_t WDOGMVRP;
-    uint32_t reserved_174[7];
+    uint32_t reserved_174[6];
+    const volatile uint32_t MSS_GPIO_DEF;
     volatile uint32_t EDAC_SR; /* write 1 clears */
     uint32_t reserved_194[2];
     volatile uint32_t WDOGTIMEOUTEVENT;
@@ -65,6 +67,7 @@ REG_AT_OFFSET(struct sysreg_regs, ENVM_REMAP_FAB_CR, 0x014);
 REG_AT_OFFSET(struct sysreg_regs, CC_CR, 0x018);
 REG_AT_OFFSET(struct sysreg_regs, CC_REGION_CR, 0x01C);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_CR, 0x038);
+REG_AT_OFFSET(struct sysreg_regs, MASTER_WEIGHT0_CR, 0x03C);
 REG_AT_OFFSET(struct sysreg_regs, SOFT_RESET_CR, 0x048);
 REG_AT_OFFSET(struct sysreg_regs, M3_CR, 0x04C);
 REG_AT_OFFSET(struct sysreg_regs, FAB_IF_CR, 0x050);
@@ -81,6 +84,7 @@ REG_AT_OFFSET(struct sysreg_regs, DEVICE_VERSION, 0x14C);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_PLL_STATUS, 0x150);
 REG_AT_OFFSET(struct sysreg_regs, WDOGLOAD, 0x16C);
 REG_AT_OFFSET(struct sysreg_regs, WDOGMVRP, 0x170);
+REG_AT_OFFSET(struct sysreg_regs, MSS_GPIO_DEF, 0x18C);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_SR, 0x190);
 REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
@@ -93,6 +97,7 @@ REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 #define SYSREG_RESET_MMUART1 (1u << 8)
 #define SYSREG_RESET_CAN     (1u << 13)
 #define SYSREG_RESET_FABRIC  (1u << 16) /* MSS_RESET_N_M2F: held after any reset but power-on */
+#define SYSREG_RESET_HPDMA   (1u << 17)
 #define SYSREG_RESET_FIC0    (1u << 18)
 #define SYSREG_RESET_GPIO    (1u << 20)
 #define SYSREG_RESET_GPOUT   (0xFu << 21)
@@ -112,6 +117,8 @@ REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 #define SYSREG_CC_CR_LOCK       (1u << 2)
 #define SYSREG_FLUSH_CACHE      (1u << 0) /* of FLUSH_CR: empties it */
 #define SYSREG_CC_REGION_CODE_0 (1u << 0) /* the lowest of four slots of 128 MB */
+
+#define SYSREG_WEIGHT_IC 0x1Fu /* of MASTER_WEIGHT0_CR: accesses in a row of the cache's; 0 is 32 */
 
 #define SYSREG_WDOG_ENABLE (1u << 0) /* of WDOG_CR; with b1, WDOGMODE, at 0 a time-out resets */
 
@@ -142,8 +149,9 @@ static inline uint32_t sysreg_held(uint32_t mask)
 void sysreg_release_reset(uint32_t mask);
 
 /*
- * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them: call it once, in main(). Start-up has read
- * them before, to decide whether .noinit is worth keeping. Context: thread.
+ * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them, whether zeros or ones do that: the guide has
+ * plain bits, some of the vendor's programs write ones. Call it once, in main(). Start-up has read them before, to decide
+ * whether .noinit is worth keeping. Context: thread.
  */
 uint32_t sysreg_reset_cause(void);
 

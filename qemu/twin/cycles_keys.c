@@ -7,7 +7,7 @@
 /* The nominal values of docs/silicon.md, where their ranges and sources are. */
 const struct config_key cycles_keys[] = {
     KEY(apb_read, 0, 100, 3),     KEY(apb_write, 0, 100, 3), KEY(ppb, 0, 100, 0),
-    KEY(esram, 0, 100, 1),        KEY(envm_wait, 0, 100, 8), KEY(cache, 0, 2, 2),
-    KEY(cache_miss, 0, 1000, 35), KEY(exit, 0, 100, 10),     KEY(vector, 0, 100, 2),
+    KEY(esram, 0, 100, 1),        KEY(envm_wait, 0, 100, 5), KEY(cache, 0, 2, 2),
+    KEY(cache_miss, 0, 1000, 23), KEY(exit, 0, 100, 10),     KEY(vector, 0, 100, 2),
     KEY(cold, 0, 1, 0),           CONFIG_KEYS_END,
 };

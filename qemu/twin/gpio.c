@@ -6,10 +6,13 @@
 enum { IRQ = 0x80, IN = 0x84, OUT = 0x88 };
 enum { OUTPUT = 1, INPUT = 2, OUTPUT_BUFFER = 4, CONFIG_BITS = 0xFF };
 
-void gpio_reset(struct gpio *g)
+void gpio_reset(struct gpio *g, uint32_t high_bytes)
 {
     memset(g->config, 0, sizeof g->config);
-    g->out = 0xFFFFFFFFu;
+    g->out = 0;
+    for (unsigned byte = 0; byte < GPIO_PINS / 8; byte++) {
+        g->out |= ((high_bytes >> byte) & 1u) * 0xFFu << 8 * byte;
+    }
 }
 
 bool gpio_drives(const struct gpio *g, unsigned pin)

@@ -16,8 +16,8 @@ struct gpio {
     uint32_t out;
 };
 
-/* All pins free, the output register high: what a design that says nothing of it has. */
-void gpio_reset(struct gpio *g);
+/* All pins free; a bit of MSS_GPIO_DEF says how a byte of the output register begins. */
+void gpio_reset(struct gpio *g, uint32_t high_bytes);
 
 /* Whether the device drives this pin high. */
 bool gpio_drives(const struct gpio *g, unsigned pin);

@@ -7,6 +7,7 @@ enum {
     ENVM_CR = 0x0C,
     CC_CR = SYSREG_CC_CR,
     EDAC_CR = 0x38,
+    MASTER_WEIGHT0_CR = 0x3C,
     SOFT_RESET_CR = SYSREG_SOFT_RESET_CR,
     WDOG_CR = SYSREG_WDOG_CR,
     EDAC_IRQ_ENABLE = 0x78,
@@ -20,15 +21,18 @@ enum {
     PLL_STATUS = 0x150,
     WDOGLOAD = SYSREG_WDOGLOAD,
     WDOGMVRP = 0x170,
+    MSS_GPIO_DEF = SYSREG_GPIO_DEF,
     EDAC_SR = 0x190,
     FLUSH_CR = 0x1A8,
 };
 
 #define ALL 0xFFFFFFFFu
-/* Released by the design: eNVM_0, eSRAM_0/1, TIMER, both MMUARTs, FIC_0, GPIO and its outputs; the fabric only at power-on. */
-#define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 3u << 7 | 1u << 18 | 0x1Fu << 20))
+/* Released: what Libero releases always (eNVMs, eSRAMs, DMAs, TIMER, COMBLK), both MMUARTs, FIC_0, GPIO and its outputs; the
+ * fabric only at power-on. */
+#define HELD_IN_RESET (0x07FFFFFFu & ~(0xFu << 0 | 0xFu << 5 | 1u << 15 | 3u << 17 | 0x1Fu << 20))
 #define HOLDS_FABRIC  (1u << 16)
 #define EDAC_FLAGS    0x3FCFu /* b4 and b5 are reserved: the cache has no EDAC */
+#define MDDR_ECC_IRQ  (1u << 14)
 #define FLUSHES_CACHE (1u << 0)
 #define EVERY_CAUSE   0xFFu     /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
 #define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
@@ -36,23 +40,26 @@ enum {
 
 /* which registers traffic can put back: user guide, 21.5.1 */
 struct sysreg_word sysreg_words[SYSREG_WORDS] = {
-    {.offset = RESET_SOURCE_CR, .writable = ALL},         /* first: sysreg_reset() relies on it */
+    /* first: sysreg_reset() relies on it; sysreg_fix() makes a device of it on which ones clear, and zeros do not */
+    {.offset = RESET_SOURCE_CR, .writable = ALL, .clears = ALL},
     {.offset = EDAC_CR, .initial = 0x3, .writable = ALL}, /* SECDED on both eSRAMs */
     {.offset = SOFT_RESET_CR, .initial = HELD_IN_RESET, .writable = ALL, .at_traffic = ALL},
     /* enabled, reset mode; of the watchdog's registers nothing but power-on is a reset: user guide, 19.5 */
     {.offset = WDOG_CR, .initial = 0x1, .writable = 0x3, .at_traffic = 0x3, .kept = true},
-    {.offset = EDAC_IRQ_ENABLE, .writable = EDAC_FLAGS, .at_traffic = ALL},
-    {.offset = FACC1_CR, .writable = ALL}, /* every divisor 1, clocked from the PLL */
+    {.offset = EDAC_IRQ_ENABLE, .initial = MDDR_ECC_IRQ, .writable = EDAC_FLAGS | MDDR_ECC_IRQ, .at_traffic = ALL},
+    {.offset = FACC1_CR, .initial = 0x0A000000, .writable = ALL}, /* every divisor 1, PLL fed by CLK_BASE and in use */
     {.offset = ESRAM0_EDAC_CNT},
     {.offset = ESRAM1_EDAC_CNT},
     {.offset = PLL_STATUS, .initial = 0x3}, /* both locked */
     {.offset = WDOGLOAD, .kept = true},     /* sysreg_design() */
     {.offset = WDOGMVRP, .initial = ALL, .kept = true},
     {.offset = EDAC_SR, .clears = EDAC_FLAGS},
-    {.offset = ENVM_CR, .initial = 0xE0, .writable = ALL}, /* NV_FREQRNG 7 */
+    {.offset = ENVM_CR, .initial = 0x91, .writable = ALL}, /* NV_FREQRNG 4: 100 MHz; 256 KB of eNVM at 0 */
     {.offset = CC_CR, .writable = ALL},
+    {.offset = MASTER_WEIGHT0_CR, .initial = 0x02108420, .writable = ALL}, /* the cache's 32, all others 1 */
     {.offset = ESRAM_PIPELINE_CR, .initial = 0x1, .writable = ALL},
     {.offset = PLL_LOCK_EN_CR, .initial = 0xA, .writable = ALL}, /* the lost locks */
+    {.offset = MSS_GPIO_DEF, .initial = 0xE},                    /* pins 7 to 0 begin low */
     {.offset = DEVICE_VERSION, .initial = 0xF802},
     {.offset = FLUSH_CR}, /* pulses: reads as 0 */
 };

@@ -28,7 +28,7 @@ struct sysreg_word {
     uint32_t after_reset;
 };
 
-#define SYSREG_WORDS 18
+#define SYSREG_WORDS 20
 extern struct sysreg_word sysreg_words[SYSREG_WORDS];
 
 uint32_t sysreg_read(void *word, uint32_t offset);
@@ -60,6 +60,12 @@ void sysreg_set_lock(enum sysreg_pll pll, bool locked);
 bool sysreg_memory_error(bool fatal);
 
 enum { SYSREG_MSS_PLL_IRQ = 23, SYSREG_ECC_IRQ = 29, SYSREG_FABRIC_PLL_IRQ = 32 };
-enum { SYSREG_CC_CR = 0x18, SYSREG_SOFT_RESET_CR = 0x48, SYSREG_WDOG_CR = 0x6C, SYSREG_WDOGLOAD = 0x16C };
+enum {
+    SYSREG_CC_CR = 0x18,
+    SYSREG_SOFT_RESET_CR = 0x48,
+    SYSREG_WDOG_CR = 0x6C,
+    SYSREG_WDOGLOAD = 0x16C,
+    SYSREG_GPIO_DEF = 0x18C
+};
 
 #endif

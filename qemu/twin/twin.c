@@ -290,7 +290,7 @@ static void system_reset(void *unused)
     reset_cause = RESET_SOFT;
     vm_set_interrupt(SYSREG_ECC_IRQ, false);
     memset(&mmuart, 0, sizeof mmuart);
-    gpio_reset(&gpio);
+    gpio_reset(&gpio, sysreg_value(SYSREG_GPIO_DEF));
     serial_bus_reset();
     can_bus_reset();
     dwt_reset(&dwt);
@@ -422,7 +422,7 @@ static void attach(void)
     design_registers();
     chip_init(&config.chip, config.seed);
     sysreg_reset(RESET_POWER_ON);
-    gpio_reset(&gpio);
+    gpio_reset(&gpio, sysreg_value(SYSREG_GPIO_DEF));
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
     if (!config.main_loop_wakes) {
         vm_sleep_alone();

@@ -2,6 +2,7 @@
 """`make bringup`: the image on the twin is as docs/silicon.md documents, step by step, and says so; a device that is made
 otherwise is named."""
 import os
+import random
 import re
 import struct
 import subprocess
@@ -14,6 +15,7 @@ from elftools.elf.elffile import ELFFile
 from launcher import bringup
 from launcher.errors import LauncherError
 from launcher.ranges import load_ranges
+from rigs import flash_bits
 from silicon import facts
 
 ROOT = facts.ROOT
@@ -118,6 +120,52 @@ def test_a_device_made_otherwise_is_named(wrong, tmp_path):
     assert page.rstrip().split("\n")[-1] == f"not as documented: {len(expected)}"
 
 
+def test_a_device_on_which_ones_clear_the_causes_is_as_documented(tmp_path):
+    """Sources disagree; the page shows which it is."""
+    zeros, ones = play(tmp_path), play(tmp_path, "design 0xB0 0x0 0xFF")
+    assert not named(ones) and ones.rstrip().endswith("as documented")
+    for page, left in ((zeros, "0x0"), (ones, "0xFF")):
+        assert re.search(rf"(?m)^B02 RESET_SOURCE_CR after writing 0 +{left} ", page)
+
+
+def design(register, word):
+    """The twin's configuration for a register of the MSS as flash bits have it."""
+    offset = next(facts.number(fact.value) for fact in facts.facts() if f"SYSREG.{register}" in fact.code)
+    return f"design {offset:#x} {word:#x}"
+
+
+@pytest.mark.parametrize("board", flash_bits.BOARDS)
+def test_a_right_libero_project_is_found_as_documented(board, tmp_path):
+    """The twin does what the System Controller does, but for the PLL's start."""
+    flash = flash_bits.of_board(board)
+    flash["MSSDDR_FACC1_CR"] = flash_bits.at_start(flash)["MSSDDR_FACC1_CR"]
+    page = play(tmp_path, *(design(register, word) for register, word in flash.items()))
+    assert not named(page) and page.rstrip().endswith("\nas documented")
+
+
+def test_so_is_one_as_openocd_leaves_it(tmp_path):
+    page = play(tmp_path, "event 0.001 openocd")
+    assert page.count("mssfoc bring-up") == 2 and page.count("as found, no power-on ") == 3
+    assert not named(page) and page.rstrip().endswith("\nas documented")
+
+
+# registers of flash bits, and how many bits they have; the memories', the fabric's reset and idle interrupts' stay
+BITS = {"SOFT_RESET_CR": 27, "MSSDDR_FACC1_CR": 28, "ENVM_CR": 13, "WDOG_CR": 2, "EDAC_CR": 7, "EDAC_IRQ_ENABLE": 15,
+        "MASTER_WEIGHT0_CR": 30, "ESRAM_PIPELINE_CR": 1, "MSS_GPIO_DEF": 4, "WDOGLOAD": 26, "PLL_LOCK_EN_CR": 4}
+STAY = {"SOFT_RESET_CR": 0xF | 1 << 16 | flash_bits.BY_THE_BOARD, "PLL_LOCK_EN_CR": 0x5}
+SHOWN_AS = {"MSS_GPIO_DEF": "GPIO_OUT"}
+
+
+def test_ten_designs_with_another_bit_are_named(tmp_path):
+    """Drawn by lot, each in another register."""
+    draw = random.Random(48)
+    right = flash_bits.at_start(flash_bits.of_board("creative"))
+    for register in draw.sample(sorted(BITS), 10):
+        bit = draw.choice([bit for bit in range(BITS[register]) if not STAY.get(register, 0) >> bit & 1])
+        page = play(tmp_path, design(register, right[register] ^ 1 << bit))
+        assert any(SHOWN_AS.get(register, register) in name for name in named(page)), f"{register} b{bit}: {named(page)}"
+
+
 def test_an_unexpected_fault_is_told_and_the_page_goes_on(tmp_path):
     """The kernel of a step becomes an undefined instruction."""
     with open(BUILD / "bringup.elf", "rb") as file:
@@ -143,6 +191,21 @@ def test_the_key_l_locks_the_core_up(tmp_path):
     with pytest.raises(LauncherError, match="the processor locked up"):
         play(tmp_path, "event 0.3 keys 6c", until=UNTIL_B18)
     assert "ockup" in (tmp_path / "qemu.log").read_text()
+
+
+@pytest.mark.parametrize("after_s, there", ((9.99, False), (10.01, True)))
+def test_the_key_t_gives_two_lines_ten_seconds_apart(after_s, there, tmp_path):
+    """For a clock beside the device's, which is right in the twin."""
+    pressed_s = 1.0
+
+    def told(text):
+        return play(tmp_path, f"event {pressed_s} keys 74", until=re.compile(text), latest_s=pressed_s + after_s)
+
+    if there:
+        assert "\nB19 0 s\n" in told("(?m)^B19 10 s by")
+    else:
+        with pytest.raises(LauncherError, match="B19 0 s"):
+            told("(?m)^B19 10 s by")
 
 
 def test_a_reset_button_begins_anew(tmp_path):

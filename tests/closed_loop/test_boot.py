@@ -102,6 +102,15 @@ def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
     assert "state: operation enabled" in said
 
 
+def test_causes_that_ones_clear_are_told_one_by_one(tmp_path, monkeypatch):
+    """And not that of the life before: a lock-up, cleared, then the watchdog."""
+    monkeypatch.setattr(sys.modules["launcher.simulate"], "chip_items",
+                        lambda *chip: {**chip_items(*chip), "design 0xB0": "0x0 0xFF"})
+    said, _ = boot(tmp_path, reset="lockup_reset", lines=("fault", "status", "version", "fault"),
+                   more=[{"t_s": AFTER_S + 0.25, "event": "watchdog_reset", "args": []}])
+    assert "fault: watchdog reset\n" in said and "last reset by: watchdog\n" in said, said
+
+
 @pytest.mark.parametrize("design, time_s", (({}, "32.212"), ({"watchdog_s": 0.1}, "0.100"), ({"watchdog_s": 50}, "50.000")))
 def test_the_drive_takes_the_watchdog_as_the_design_has_it(design, time_s, tmp_path):
     """By default with the shortest time that the user guide allows."""

@@ -119,7 +119,8 @@ def of_blocks(calls, known, board):
     for call in calls:
         if call.name in ("mss_enable_instance", "mss_disable_instance"):
             told.setdefault(call.one("-instance_name"), []).append(call.name == "mss_enable_instance")
-    used = USED + tuple(block for block, key in (("MMUART_0", "console"), ("MMUART_1", "modbus")) if key in board)
+    keys = {"MMUART_0": "console", "MMUART_1": "modbus", "CAN": "can"}
+    used = USED + tuple(block for block, key in keys.items() if key in board)
     for block, table in known["mss"]["block"].items():
         if {"on", "off"} & set(table["seen"]) and told.get(block) != [block in used]:
             yield f"MSS {block} is told {told.get(block)} instead of {'on' if block in used else 'off'} once"

@@ -11,7 +11,7 @@ def set_io(calls):
     return [(call.words[0], call.one("-pinname"), call.one("-DIRECTION")) for call in calls["io.pdc"] if call.name == "set_io"]
 
 
-def uart_lines(board):
+def lines(board):
     """(port of the top, net, whether it is one of the MSS' own pins)."""
     for block, key in (("MMUART_0", "console"), ("MMUART_1", "modbus")):
         uart = board.get(key, {})
@@ -20,12 +20,17 @@ def uart_lines(board):
                 yield f"{block}_{line.upper()}", uart[line], uart["through"] == "pins"
         if "driver" in uart:
             yield "GPIO_0_M2F", uart["driver"], False
+    for port, key in (("CAN_TX", "tx"), ("CAN_RX", "rx"), ("CAN_TX_EN_N", "enable")):
+        if "can" in board:
+            yield port, board["can"][key], False
+    if "clock" in board:
+        yield "CLK0_PAD", board["clock"]["net"], False
 
 
 def of_places(calls, board):
     """Each port is on the pin that the board's file says."""
     told = {key.replace("[", "_").rstrip("]"): net for key, net in board["wired"].items()}
-    told |= {port: net for port, net, own in uart_lines(board) if not own}
+    told |= {port: net for port, net, own in lines(board) if not own}
     for name, package, _ in set_io(calls):
         if name in told and board["nets"][told[name]] != package:
             yield f"{name} is on {package}, and {told[name]} is {board['nets'][told[name]]}"
@@ -40,7 +45,7 @@ def of_banks(calls, board):
 def of_pins(calls, design, board):
     """Every net of the board's file has one use, every port of the top one pin, both the same direction."""
     placed = set_io(calls)
-    own = [board["nets"][net] for _, net, own in uart_lines(board) if own]
+    own = [board["nets"][net] for _, net, own in lines(board) if own]
     used = [package for _, package, _ in placed] + own + [board["nets"][net] for net in board["unused"]["nets"]]
     for net, package in board["nets"].items():
         if used.count(package) != 1:
@@ -60,7 +65,7 @@ def of_pins(calls, design, board):
 
 def inside(design, board):
     """Ports of the top that the fabric or the fabric's side of the MSS drives or reads; Libero places the others."""
-    own = {port for port, _, own in uart_lines(board) if own}
+    own = {port for port, _, own in lines(board) if own}
     return [name for name in design.top if name != "DEVRST_N" and name not in own]
 
 
@@ -68,10 +73,12 @@ def objects(text, kind):
     return [word.removeprefix(kind + ":") for word in listed(text) if word.startswith(kind + ":")]
 
 
-def of_clocks(calls, design):
+def of_clocks(calls, design, board):
     made = {pin: call for call in calls["timing.sdc"] if call.name in ("create_clock", "create_generated_clock")
-            for pin in objects(" ".join(call.words), "pins")}
+            for kind in ("pins", "ports") for pin in objects(" ".join(call.words), kind)}
     needed = {"FABOSC_0/I_RCOSC_25_50MHZ/CLKOUT": OSCILLATOR_MHZ, "CCC_0/CCC_INST/GL0": 100}
+    if "clock" in board:
+        needed["CLK0_PAD"] = board["clock"]["mhz"]
     if "FIC_2_APB_M_PCLK" in design.instances.get("MSS_0", {}):
         needed["MSS_0/MSS_ADLIB_INST/CLK_CONFIG_APB"] = 25
     for pin, mhz in needed.items():
@@ -117,9 +124,10 @@ def of_ports(calls, design, board):
             yield f"{port} needs a largest delay to the gates"
 
 
-def of_cells(calls, known):
+def of_cells(calls, known, board):
     """Names inside the design: those that Libero is known to make, all of which need a constraint."""
     there = {f"{instance}/{cell}" for instance, cells in known["cells"].items() for cell in cells}
+    there.add("CCC_0/CCC_INST/" + ("CLK0_PAD" if "clock" in board else "RCOSC_25_50MHZ"))
     named = set()
     for call in calls["timing.sdc"]:
         for text in [*call.words, *(value for values in call.options.values() for value in values)]:
@@ -135,6 +143,6 @@ def findings(calls, design, board, known):
     yield from of_places(calls, board)
     yield from of_banks(calls, board)
     yield from of_pins(calls, design, board)
-    yield from of_clocks(calls, design)
+    yield from of_clocks(calls, design, board)
     yield from of_ports(calls, design, board)
-    yield from of_cells(calls, known)
+    yield from of_cells(calls, known, board)

@@ -119,6 +119,17 @@ def test_a_wrong_board_is_one_line(tmp_path, arguments):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_project_takes_the_bring_up_image(tmp_path):
+    for name in ("bringup.hex", "fabric/mssfoc_regs.vh"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).symlink_to(BUILD / name)
+    assert subprocess.run([sys.executable, "-m", "libero", "creative", tmp_path, "bringup"], cwd=check.demands.ROOT,
+                          env=os.environ | {"PYTHONPATH": "drivers/fabric"}, check=False).returncode == 0
+    folder = tmp_path / "libero/creative"
+    assert check.findings(CREATIVE, folder) == [] and (folder / "bringup.hex").is_file()
+    assert "{$here/bringup.hex}" in (folder / "mss.tcl").read_text() and not (folder / "mssfoc.hex").exists()
+
+
 def test_the_checker_prints_what_is_not_confirmed_and_what_is_wrong(tmp_path):
     def run(command):
         return subprocess.run([sys.executable, *command], capture_output=True, text=True, cwd=check.demands.ROOT,

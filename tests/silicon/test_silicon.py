@@ -162,7 +162,7 @@ def test_the_twin_holds_the_documented_values_after_resets(twin):
 
 @pytest.mark.parametrize("was, becomes, times", [
     ("| `reset:SYSREG.WDOG_CR` | 0x1 |", "| `reset:SYSREG.WDOG_CR` | 0x3 |", 5),
-    ("| `warm:SYSREG.SOFT_RESET_CR` | 0x060BFE32 |", "| `warm:SYSREG.SOFT_RESET_CR` | 0x060AFE32 |", 4),
+    ("| `warm:SYSREG.SOFT_RESET_CR` | 0x06097E10 |", "| `warm:SYSREG.SOFT_RESET_CR` | 0x06087E10 |", 4),
     ("| `SYSREG.EDAC_SR` | +0x190 |", "| `SYSREG.EDAC_CNT` | +0x190 |", 5)], ids=("value", "warm", "register"))
 def test_a_twin_that_resets_otherwise_is_noticed(twin, was, becomes, times):
     text = facts.PAGE.read_text()

@@ -39,7 +39,7 @@ static void say_gpio(const char *after)
 {
     static const uint32_t offsets[] = {0x00, 0x80, 0x84, 0x88};
     struct gpio gpio;
-    gpio_reset(&gpio);
+    gpio_reset(&gpio, sysreg_value(SYSREG_GPIO_DEF));
     for (unsigned n = 0; n < sizeof offsets / sizeof *offsets; n++) {
         say(after, "GPIO", offsets[n], gpio_read(&gpio, offsets[n]));
     }

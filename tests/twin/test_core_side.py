@@ -12,7 +12,7 @@ MS = 10**9
 LOAD, TICK_PS = 0x1800000 << 6 | 0x3F, 20_000
 VALUE, REFRESH, ENABLE, CONTROL, STATUS, KEY = 0x00, 0x0C, 0x10, 0x14, 0x18, 0xAC15DE42
 CC_CR, SOFT_RESET_CR, WDOG_CR, WDOGLOAD, FLUSH_CR = 0x18, 0x48, 0x6C, 0x16C, 0x1A8
-EDAC_IRQ_ENABLE, EDAC_COUNT, EDAC_SR = 0x78, 0xF0, 0x190
+EDAC_IRQ_ENABLE, CAUSES, EDAC_COUNT, EDAC_SR = 0x78, 0xB0, 0xF0, 0x190
 
 
 def write_register(offset, value):
@@ -93,6 +93,18 @@ def test_openocd_and_a_design_s_lock():
     dog.control(1)
     assert c.sysreg_value(WDOG_CR) == 0
     c.sysreg_fix(WDOG_CR, 0)
+
+
+def test_causes_that_zeros_clear_and_those_that_ones_do():
+    c.sysreg_reset(c.RESET_POWER_ON)
+    write_register(CAUSES, 0x21)
+    assert c.sysreg_value(CAUSES) == 0x21, "plain bits"
+    c.sysreg_fix(CAUSES, 0xFF)
+    write_register(CAUSES, 0)
+    assert c.sysreg_value(CAUSES) == 0x21
+    write_register(CAUSES, 0x20)
+    assert c.sysreg_value(CAUSES) == 0x01
+    c.sysreg_words[0].writable = 0xFFFFFFFF
 
 
 def test_the_fabric_s_reset_and_the_blocks_held():

@@ -98,11 +98,13 @@ def test_a_watchdog_that_a_probe_has_switched_off_is_switched_on(device, system,
 
 
 @pytest.mark.parametrize("word", (0, 1, 7, 2047))
-def test_a_cache_that_holds_other_words_is_not_left_locked(device, system, word):
+def test_a_cache_that_holds_other_words_is_off(device, system, word):
     code, array = (ctypes.c_uint32 * 2048)(*range(2048)), (ctypes.c_uint32 * 2048)(*range(2048))
+    device.sysreg.MASTER_WEIGHT0_CR = 0x2108421
     assert system.cache_lock(code, array) and device.sysreg.CC_CR == 5
+    assert device.sysreg.MASTER_WEIGHT0_CR == 0x2108420, "32 of the cache's accesses in a row"
     array[word] ^= 1 << 31
-    assert not system.cache_lock(code, array) and device.sysreg.CC_CR == 1 and device.sysreg.CC_REGION_CR == 1
+    assert not system.cache_lock(code, array) and device.sysreg.CC_CR == 0 and device.sysreg.CC_REGION_CR == 1
 
 
 def test_a_first_life(device, system):

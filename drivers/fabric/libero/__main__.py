@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""python3 -m libero BOARD [BUILD]: into BUILD/libero/BOARD, with the image BUILD/mssfoc.hex. Without BUILD: is BOARD there?"""
+"""python3 -m libero BOARD [BUILD [IMAGE]]: into BUILD/libero/BOARD, with BUILD/IMAGE.hex. Without BUILD: is BOARD there?"""
 import shutil
 import sys
 from pathlib import Path
@@ -16,17 +16,17 @@ def write(files, out):
         (out / name).write_text(text, encoding="utf-8")
 
 
-def main(name, build=None):
+def main(name, build=None, image="mssfoc"):
     try:
         wanted = board.load(name)
         if build is None:
             return 0
         out = Path(build) / "libero" / name
-        write(project.project(wanted, Path(build)), out)
+        write(project.project(wanted, Path(build), image=image), out)
     except Wrong as wrong:
         print(f"mssfoc: {wrong}", file=sys.stderr)
         return 1
-    shutil.copy(Path(build) / "mssfoc.hex", out / "mssfoc.hex")
+    shutil.copy(Path(build) / f"{image}.hex", out / f"{image}.hex")
     print(f"{out}: copy it to where Libero is, and run there: libero SCRIPT:project.tcl")
     return 0
 

@@ -9,7 +9,9 @@ from .wrong import Wrong
 
 BOARDS = Path(__file__).resolve().parent / "boards"
 NEEDED = ("title", "die", "package", "speed", "axes", "nets", "wired", "tied", "open", "console", "unused")
-KNOWN = NEEDED + ("io_standard", "bank_volts", "bring_up_only", "modbus", "sampling", "to_check")
+KNOWN = NEEDED + ("io_standard", "bank_volts", "bring_up_only", "can", "clock", "modbus", "sampling", "to_check")
+CLOCK = "CLK0_PAD"  # the top's port of an oscillator on the board, at a dedicated pad of the CCC
+CAN = (("CAN_TX", "tx", "output"), ("CAN_RX", "rx", "input"), ("CAN_TX_EN_N", "enable", "output"))
 MOST_AXES = 4  # of 1 KB, in the 4 KB of CoreAPB3's slot
 BIT = re.compile(r"(\w+)\[(\d+)\]\Z")
 
@@ -105,6 +107,10 @@ class Use:
             uses += [(f"{block}_TXD", uart["txd"], "output", own), (f"{block}_RXD", uart["rxd"], "input", own)]
             if "driver" in uart:
                 uses.append(("GPIO_0_M2F", uart["driver"], "output", False))
+        if "can" in self.board:
+            uses += [(port, self.board["can"][key], direction, False) for port, key, direction in CAN]
+        if "clock" in self.board:
+            uses.append((CLOCK, self.board["clock"]["net"], "input", False))
         for port, net, _, _ in uses:
             if net not in self.board["nets"]:
                 raise self._wrong(f"{port} is wired to {net}, which [nets] does not have")

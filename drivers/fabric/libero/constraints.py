@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """io.pdc and timing.sdc: where each pin is, and when what passes through it must be there."""
 from . import tcl
+from .board import CLOCK as PAD
 from .wrong import Wrong
 
 OSCILLATOR_MHZ = 50
@@ -41,12 +42,15 @@ def ports(pins):
     return f"[ get_ports {tcl.braced(pins)} ]"
 
 
-def clocks(system):
+def clocks(board, system):
     mhz = system["clock_mhz"]
+    source = PAD if "clock" in board else "RCOSC_25_50MHZ"
     yield "# clocks, by the names that Libero derives"
     yield "create_clock -name {FABOSC_0/I_RCOSC_25_50MHZ/CLKOUT} -period 20 [ get_pins { FABOSC_0/I_RCOSC_25_50MHZ/CLKOUT } ]"
+    if "clock" in board:
+        yield f"create_clock -name {{{PAD}}} -period 20 {ports([PAD])}"
     yield (f"create_generated_clock -name {{{CLOCK}}} -multiply_by {2 * mhz // OSCILLATOR_MHZ} -divide_by 2 "
-           "-source [ get_pins { CCC_0/CCC_INST/RCOSC_25_50MHZ } ] -phase 0 [ get_pins { CCC_0/CCC_INST/GL0 } ]")
+           f"-source [ get_pins {{ CCC_0/CCC_INST/{source} }} ] -phase 0 [ get_pins {{ CCC_0/CCC_INST/GL0 }} ]")
     yield (f"create_clock -name {{MSS_0/CLK_CONFIG_APB}} -period {1000 * CONFIG_APB // mhz} "
            "[ get_pins { MSS_0/MSS_ADLIB_INST/CLK_CONFIG_APB } ]")
     yield "# CoreResetP synchronises these itself; the device's reset comes whenever it likes"
@@ -90,8 +94,8 @@ def power_stage(use):
 def sdc(board, system, fabric, use, parts):
     if of(use.pins, "pin_mod_"):
         raise Wrong(f"{board['name']}: modulators are wired, and this generator has no times for them; tie pin_mod_data")
-    lines = tcl.head(board, "times") + list(clocks(system)) + list(power_stage(use))
-    done = set(of(use.pins, *SWITCHES, *STOPS))
+    lines = tcl.head(board, "times") + list(clocks(board, system)) + list(power_stage(use))
+    done = set(of(use.pins, *SWITCHES, *STOPS, PAD))
     if "sampling" in board:
         for name, prefixes in READERS.items():
             names = [of(use.pins, prefix) for prefix in prefixes]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """design.tcl: the top, with its instances and the nets between them."""
 from . import tcl
+from .board import CLOCK
 
 TOP = "drive"
 SD = f"-sd_name {{{TOP}}}"
@@ -11,7 +12,8 @@ def ports(use):
     yield f"sd_create_scalar_port {SD} -port_name {{DEVRST_N}} -port_direction {{IN}}{PAD}"
     for pin in use.pins:
         direction = {"input": "IN", "output": "OUT"}[pin.direction]
-        yield f"sd_create_scalar_port {SD} -port_name {{{pin.port}}} -port_direction {{{direction}}}{PAD if pin.own else ''}"
+        pad = PAD if pin.own or pin.port == CLOCK else ""
+        yield f"sd_create_scalar_port {SD} -port_name {{{pin.port}}} -port_direction {{{direction}}}{pad}"
 
 
 def instance(system, name, what):
@@ -35,20 +37,20 @@ def instance(system, name, what):
         yield f"sd_mark_pins_unused {SD} -pin_names {{{name}:{pin}}}"
 
 
-def uart_pin(pin):
-    """The MSS' name of what leads to this pin of the top."""
+def inside(pin):
+    """What leads to this pin of the top: the fabric, the CCC, or the MSS by its own name for it."""
+    if pin.port.startswith("pin_"):
+        return f"fabric_board_0:{pin.port}"
+    if pin.port == CLOCK:
+        return f"CCC_0:{CLOCK}"
     if pin.own or pin.port == "GPIO_0_M2F":
-        return pin.port
-    return pin.port + ("_M2F" if pin.direction == "output" else "_F2M")
+        return f"MSS_0:{pin.port}"
+    return f"MSS_0:{pin.port}" + ("_M2F" if pin.direction == "output" else "_F2M")
 
 
 def nets(system, use):
     """{name: pins}: the system's and the board's."""
-    whole = dict(system["nets"])
-    for pin in use.pins:
-        inside = f"fabric_board_0:{pin.port}" if pin.port.startswith("pin_") else f"MSS_0:{uart_pin(pin)}"
-        whole[pin.port] = [pin.port, inside]
-    return whole
+    return system["nets"] | {pin.port: [pin.port, inside(pin)] for pin in use.pins}
 
 
 def hdl_core(system, sources):

@@ -22,7 +22,9 @@ def blocks(system, use):
     on = {name: tcl.expanded(params) for name, params in system["mss"]["block"].items()}
     for block, uart in uarts.items():
         on[block] = uart_params(system["uart"], uart)
-    off = system["mss"]["off"] + [block for block in ("MMUART_0", "MMUART_1") if block not in uarts]
+    if "can" in use.board:
+        on["CAN"] = dict(system["can"])
+    off = [block for block in (*system["mss"]["off"], "MMUART_0", "MMUART_1") if block not in on]
     if any("driver" in uart for uart in uarts.values()):
         on["GPIO"] |= system["gpio"]
     return on, off
@@ -32,7 +34,7 @@ def marks(system, block, params):
     """Comments on what of this block no public script has."""
     for key, why in system["unconfirmed"].items():
         _, named, *rest = key.split(" ")
-        if named == block and rest[0] in params:
+        if named == block and (not rest or rest[0] in params):
             yield f"{tcl.UNCONFIRMED}{key}: {why}"
 
 
@@ -47,20 +49,20 @@ def configured(system, block, params, enable):
     yield f"mss_save_instance_config {where}"
 
 
-def envm(words):
+def envm(words, image):
     """Libero wants the path of the image whole, so the file is written when the script runs."""
     client = (f"nvm_set_data_storage_client -client_name {{mssfoc}} -number_of_words {words} -word_size 8 "
               "-use_for_simulation {0} -content_type {MEMORY_FILE} -memory_file_format {INTELHEX} "
-              "-memory_file {$here/mssfoc.hex} -base_address 0 -reprogram 1 -use_as_rom 0 -lock_address 0")
+              f"-memory_file {{$here/{image}.hex}} -base_address 0 -reprogram 1 -use_as_rom 0 -lock_address 0")
     return ["", tcl.step("MSS: eNVM"),
             "# The image counts from the start of the eNVM; the settings behind it are the drive's own.",
             "set file [open $here/envm.cfg w]", f'puts $file "{client}"', "close $file",
             f"mss_configure_envm -component_name {{{COMPONENT}}} -cfg_file $here/envm.cfg"]
 
 
-def script(board, system, use, words):
+def script(board, system, use, words, image):
     on, off = blocks(system, use)
-    optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1"}
+    optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1", "CAN"}
     lines = tcl.head(board, "the MSS")
     vlnv = system["core"]["MSS"][0]
     lines += ["# DDRB and SECURITY are not named here: the configurator's defaults are what all public designs have",
@@ -70,5 +72,5 @@ def script(board, system, use, words):
         lines.append(f"mss_disable_instance -component_name {{{COMPONENT}}} -instance_name {{{block}}}")
     for block, params in on.items():
         lines += configured(system, block, params, block in optional)
-    lines += envm(words) + ["", tcl.step("MSS: generate"), f"generate_component -component_name {{{COMPONENT}}}"]
+    lines += envm(words, image) + ["", tcl.step("MSS: generate"), f"generate_component -component_name {{{COMPONENT}}}"]
     return "\n".join(lines) + "\n"

@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 from . import board as boards
-from . import constraints, design, flow, mss, rtl, wrapper
+from . import constraints, design, flow, mss, rtl, wires, wrapper
 from .wrong import Wrong
 
 HERE = Path(__file__).resolve().parent
@@ -54,9 +54,21 @@ def sources(includes):
     return {name: INCLUDE.sub(lambda _: registers, FORMAL.sub("", text)) for name, text in texts.items()}
 
 
-def project(board, build, system=None):
-    """{path: text} of all that the project needs but the image; `build` has mssfoc.hex and fabric/mssfoc_regs.vh."""
-    system = system or toml("system.toml")
+def clocked(board, system):
+    """The system with the CCC fed by the board's oscillator, if it has one at a pad; else by the device's own."""
+    if "clock" not in board:
+        return system
+    if board["clock"]["mhz"] != constraints.OSCILLATOR_MHZ:
+        raise Wrong(f"{board['name']}: an oscillator of {board['clock']['mhz']} MHz; the CCC's settings are for 50")
+    instances = {name: what | {"params": what["params"] | system["pad"].get(name, {})} if "params" in what else what
+                 for name, what in system["instance"].items()}
+    return system | {"instance": instances, "nets": {name: net for name, net in system["nets"].items()
+                                                     if name != "oscillator_ccc"}}
+
+
+def project(board, build, system=None, image="mssfoc"):
+    """{path: text} of all that the project needs but the image; `build` has its .hex and fabric/mssfoc_regs.vh."""
+    system = clocked(board, system or toml("system.toml"))
     fabric = rtl.read(board["axes"], build / "fabric")
     for port in fabric.ports:
         if port.name not in system["fabric"]["ports"] and not port.name.startswith("pin_"):
@@ -66,10 +78,11 @@ def project(board, build, system=None):
     files = {f"hdl/{file}": text for file, text in hdl.items()}
     return files | {
         "project.tcl": flow.project(board, system),
-        "mss.tcl": mss.script(board, system, use, image_words(build / "mssfoc.hex")),
+        "mss.tcl": mss.script(board, system, use, image_words(build / f"{image}.hex"), image),
         "design.tcl": design.script(board, system, use, hdl),
         "constraints.tcl": flow.constraints(board),
         "build.tcl": flow.build(board),
         "io.pdc": constraints.pdc(board, use),
         "timing.sdc": constraints.sdc(board, system, fabric, use, toml("converters.toml")),
+        "wiring.md": wires.page(use, toml("signals.toml")),
     }
