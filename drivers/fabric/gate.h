@@ -43,9 +43,11 @@ struct gate_regs {
 #define GATE_STATUS_STO_B_NOW        (1u << 14)
 #define GATE_STATUS_SLOW_LOST        (1u << 15) /* latch: the slow loop's proof of life was late or wrong */
 #define GATE_STATUS_THREAD_LOST      (1u << 16) /* latch: the thread's */
+#define GATE_STATUS_STO_APART        (1u << 17) /* latch: one input of safe torque off asked alone for too long */
 #define GATE_STATUS_LATCHES \
     (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK | \
-     GATE_STATUS_STO_A | GATE_STATUS_STO_B | GATE_STATUS_CLOCK_LOST | GATE_STATUS_SLOW_LOST | GATE_STATUS_THREAD_LOST)
+     GATE_STATUS_STO_A | GATE_STATUS_STO_B | GATE_STATUS_STO_APART | GATE_STATUS_CLOCK_LOST | GATE_STATUS_SLOW_LOST | \
+     GATE_STATUS_THREAD_LOST)
 
 #define GATE_CHOPPER_ENABLE   (1u << 0)
 #define GATE_CHOPPER_CHOPPING (1u << 1)
@@ -56,7 +58,7 @@ struct gate_regs {
 #define GATE_PROOF_SLOW        0x5A17C300u
 #define GATE_PROOF_THREAD      0xA5E83C00u
 
-#define GATE_ID 0x464F4331u /* "FOC", version 3.1 of the fabric contract */
+#define GATE_ID 0x464F4332u /* "FOC", version 3.2 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with

@@ -51,11 +51,15 @@ static void watch_heartbeat(struct axis *a)
 
 /*
  * The current loop checks the latches while the bridge is on. If one is found here, the bridge is off, or conversions go
- * unanswered because the current loop's interrupt has stopped.
+ * unanswered because the current loop's interrupt has stopped. That one input of safe torque off stopped the drive, and the
+ * other has not followed since, is what the first cause turns out to be.
  */
 static void watch_latches(struct axis *a)
 {
     const uint32_t status = gate_status(&a->fabric->gate);
+    if ((status & GATE_STATUS_STO_APART) != 0u && (a->faults.cause == FAULT_STO_A || a->faults.cause == FAULT_STO_B)) {
+        fault_turns_out(a, FAULT_STO_APART);
+    }
     if ((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE || a->faults.cause != FAULT_NONE) {
         return;
     }

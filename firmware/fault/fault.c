@@ -42,6 +42,9 @@ bool fault_choice_is_absent(enum fault cause, enum reaction choice)
 /* Safe torque off first: it may well come with a loss of the drivers' supply. No loop: the interrupt's time is bounded. */
 enum fault fault_from_gate(uint32_t gate_flags)
 {
+    if ((gate_flags & GATE_STATUS_STO_APART) != 0u) {
+        return FAULT_STO_APART;
+    }
     if ((gate_flags & GATE_STATUS_STO_A) != 0u) {
         return FAULT_STO_A;
     }
@@ -120,6 +123,13 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     }
     cpu_irq_restore(mask);
     return first;
+}
+
+void fault_turns_out(struct axis *a, enum fault cause)
+{
+    const uint32_t mask = cpu_irq_save();
+    a->faults.cause = a->faults.cause == FAULT_NONE ? FAULT_NONE : cause;
+    cpu_irq_restore(mask);
 }
 
 void fault_forget(struct axis *a)

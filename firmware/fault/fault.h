@@ -83,6 +83,9 @@ void fault_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_
 /* Latches without shutting the gates, for a controlled stop; returns true if it was the first. Any context. */
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
+/* The latched cause is known better. Slow loop. */
+void fault_turns_out(struct axis *a, enum fault cause);
+
 /* The operator, or a retry, has cleared it: the bridge may be enabled again. Slow loop. */
 void fault_forget(struct axis *a);
 

@@ -193,7 +193,10 @@
     /* start: a current sensor shows another phase's current */ \
     X(57, TEMPERATURE_SENSOR, 0x7300, OFF, OFF, NO_RETRY, NULL, "temperature sensor", \
       "its line is cut or shorted, or it is not at the winding; the model protects", "") \
-    /* the winding's temperature sensor shows what cannot be */
+    /* the winding's temperature sensor shows what cannot be */ \
+    X(58, STO_APART, 0xFF03, OFF, OFF, NO_RETRY, NULL, "safe torque off inputs differ", \
+      "one input asked alone for 0.5 s: its switch, line, supply; both must ask once before 'clear' works", "") \
+    /* the two inputs of safe torque off do not agree */
 /* clang-format on */
 
 #endif

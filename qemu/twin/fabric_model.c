@@ -5,7 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-#define SLOT_BYTES 0x100u
+#define SLOT_BYTES   0x100u
+#define STO_TEST     100000   /* clocks: 1 ms */
+#define STO_PATIENCE 50000000 /* 500 ms */
 
 enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE, SLOTS };
 
@@ -41,9 +43,26 @@ static void drive_gates(struct fabric_model *m, sim_ps at)
     show_wires(m);
 }
 
+/* What the inputs of safe torque off ask for, to the gates. */
+static void show_sto(struct fabric_model *m)
+{
+    unsigned asks = sto_asks(&m->sto);
+    gate_pin(&m->gate, GATE_STO_A, asks & STO_ASKS_A);
+    gate_pin(&m->gate, GATE_STO_B, asks & STO_ASKS_B);
+    gate_pin(&m->gate, GATE_STO_APART, asks & STO_ASKS_APART);
+}
+
+static sim_ps sto_due_at(const struct fabric_model *m)
+{
+    int64_t clock = sto_due(&m->sto);
+    return clock == INT64_MAX ? SIM_NEVER : clock * SIM_PS_PER_FABRIC_CLOCK;
+}
+
 static void reset(struct fabric *f, sim_ps now)
 {
     struct fabric_model *m = model(f);
+    sto_reset(&m->sto, now / SIM_PS_PER_FABRIC_CLOCK);
+    show_sto(m);
     pwm_reset(&m->pwm, now);
     adc_reset(&m->adc);
     encoder_reset(&m->encoder, m->encoder.edges);
@@ -61,8 +80,8 @@ static sim_ps earlier(sim_ps a, sim_ps b)
 static sim_ps next_event(struct fabric *f)
 {
     const struct fabric_model *m = looked_at(f);
-    sim_ps beside_pwm = earlier(m->adc.done_at, m->gate.chopper.old_at);
-    return earlier(pwm_next_event(&m->pwm), earlier(beside_pwm, m->gate.watch.late_at));
+    sim_ps beside_pwm = earlier(m->adc.done_at, m->gate.chopper.old_at), late_at = m->gate.watch.late_at;
+    return earlier(earlier(pwm_next_event(&m->pwm), sto_due_at(m)), earlier(beside_pwm, late_at));
 }
 
 /* Of an edge the physics notices nothing until a switch follows it. */
@@ -111,6 +130,12 @@ static unsigned take_event(struct fabric *f)
     }
     if (at == m->adc.done_at) {
         return end_conversion(m);
+    }
+    if (at == sto_due_at(m)) {
+        sto_take(&m->sto, at / SIM_PS_PER_FABRIC_CLOCK);
+        show_sto(m);
+        drive_gates(m, at);
+        return 0;
     }
     if (at == m->gate.watch.late_at) {
         gate_watch_late(&m->gate);
@@ -175,7 +200,11 @@ static void sense(struct fabric *f, uint32_t code)
 static void stop(struct fabric *f, enum gate_latch which, bool stops, sim_ps now)
 {
     struct fabric_model *m = model(f);
-    gate_pin(&m->gate, which, stops);
+    if (which == GATE_STO_A || which == GATE_STO_B) {
+        sto_pin(&m->sto, which == GATE_STO_B, stops, now / SIM_PS_PER_FABRIC_CLOCK);
+    } else {
+        gate_pin(&m->gate, which, stops);
+    }
     drive_gates(m, now);
 }
 
@@ -286,6 +315,7 @@ void fabric_model_init(struct fabric_model *m, sim_ps conversion)
     memset(m, 0, sizeof *m);
     m->fabric.ops = &ops;
     m->conversion = conversion;
+    m->sto = (struct sto){.longest = STO_TEST, .patience = STO_PATIENCE};
 }
 
 void fabric_model_join(struct fabric_model *m, unsigned axis, unsigned axes, const struct fabric_model *leader)

@@ -6,6 +6,7 @@
 #include "adc.h"
 #include "fabric.h"
 #include "pwm.h"
+#include "sto.h"
 
 struct fabric_model {
     struct fabric fabric; /* first: the plant knows no more of it */
@@ -13,6 +14,7 @@ struct fabric_model {
     struct adc adc;
     struct encoder encoder;
     struct gate gate;
+    struct sto sto;
     sim_ps conversion; /* from the trigger to its end */
 };
 

@@ -9,7 +9,7 @@ enum { ENABLE = 1u << 0, CHOPPING = 1u << 1 };
 enum { LIVE = 1u << 0, ENCODER = 1u << 5, OVERRUN = 1u << 6, LIMIT = 1u << 7 };
 enum { OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9, STO_A_NOW = 1u << 13, STO_B_NOW = 1u << 14 };
 
-#define ID_VALUE       0x464F4331u
+#define ID_VALUE       0x464F4332u
 #define COUNT_SHIFT    4
 #define THRESHOLD_BITS 0x7FFFu
 #define WATCH_CLOCKS   0xFFFFFu

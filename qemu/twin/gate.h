@@ -20,6 +20,7 @@ enum gate_latch {
     GATE_CLOCK_LOST = 1u << 12,
     GATE_SLOW_LOST = 1u << 15,
     GATE_THREAD_LOST = 1u << 16,
+    GATE_STO_APART = 1u << 17,
 };
 
 struct gate {
@@ -41,7 +42,7 @@ void gate_write(struct gate *g, uint32_t offset, uint32_t value, sim_ps now);
 
 /* The six commands of the PWM; returns what reaches the drivers. */
 unsigned gate_follow(struct gate *g, unsigned commands);
-/* A pin with a latch asks to stop, or no longer: over-current, driver fault, STO, clock. */
+/* What has a latch asks to stop, or no longer: over-current, driver fault, clock; STO behind its filters. */
 void gate_pin(struct gate *g, enum gate_latch which, bool stops);
 void gate_adc_overrun(struct gate *g);
 /* The PWM has a new set of compares; its carrier passes the valley; the watch's time is over. */

@@ -12,6 +12,7 @@ static void fill_promise(struct fabric_rtl *r)
     r->calls->look(r->axis, &look, &r->beside);
     r->trip_at = r->beside.trip_in == 0 ? INT64_MAX : r->clock + r->beside.trip_in;
     r->watch_at = r->beside.watch_in == 0 ? INT64_MAX : r->clock + r->beside.watch_in;
+    r->sto_at = r->beside.sto_in == 0 ? INT64_MAX : r->clock + r->beside.sto_in;
     *p = (struct pwm){.control = look.control,
                       .period = look.period,
                       .dead = look.dead,
@@ -46,11 +47,11 @@ const struct pwm *rtl_promise(struct fabric_rtl *r)
 }
 
 /* What is decided beside the PWM: an overrun in the clock that ends a conversion, its results behind it, the chopper behind
- * these or when they are old, a new value of the modulators' fast path, a proof of the program that is late, and what stops,
- * behind its flip-flops. */
+ * these or when they are old, a new value of the modulators' fast path, a proof of the program that is late, safe torque off,
+ * and what stops, behind its flip-flops. */
 static int64_t next_beside_pwm(const struct fabric_rtl *r)
 {
-    int64_t next = rtl_lesser(r->chopper_due, rtl_lesser(r->trip_at, r->watch_at));
+    int64_t next = rtl_lesser(rtl_lesser(r->chopper_due, r->sto_at), rtl_lesser(r->trip_at, r->watch_at));
     if (r->finish != INT64_MAX) {
         next = rtl_lesser(next, r->finish > r->clock ? r->finish : r->finish + 1);
     }

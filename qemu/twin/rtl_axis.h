@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#define RTL_AXIS_VERSION 3
+#define RTL_AXIS_VERSION 4
 
 /* clang-format off */
 /* Pins by the names of fabric_axis.v. Bits of sdata: bus voltage C B A; of hall, high and low: C B A. */
@@ -22,8 +22,8 @@ extern "C" {
 #define RTL_OUTPUTS(X) \
     X(uint32_t, prdata) X(uint8_t, pin_high) X(uint8_t, pin_low) X(bool, pin_chopper) X(bool, irq) X(bool, pin_cs_n) \
     X(bool, pin_sclk) X(bool, pin_temp_cs_n) X(bool, pin_temp_sclk)
-/* Between the blocks; `sample`: a conversion has ended. */
-#define RTL_WIRES(X) X(bool, trigger) X(bool, live) X(bool, trip) X(bool, sample)
+/* Between the blocks; `sample`: a conversion has ended; `sto`: safe torque off in the next clock, apart B A. */
+#define RTL_WIRES(X) X(bool, trigger) X(bool, live) X(bool, trip) X(bool, sample) X(uint8_t, sto)
 #define RTL_FIELD(type, name) type name;
 /* clang-format on */
 
@@ -47,6 +47,7 @@ struct rtl_beside {
     int64_t trip_in;    /* a new value of the modulators' fast path */
     int64_t results_in; /* the results of modulators, if a conversion runs or is triggered now */
     int64_t watch_in;   /* the program's next proof of life is late */
+    int64_t sto_in;     /* an input of safe torque off has asked for long enough */
 };
 
 /* The modulators' clock has risen, so many clocks from the beginning of the run() on: their next bits, C B A. */

@@ -56,8 +56,9 @@ void rtl_look(struct fabric_rtl *r)
     struct rtl_change now = {r->clock,   gates_of(&r->out), r->out.live,  r->out.pin_chopper,
                              r->out.irq, r->out.trigger,    r->out.sample};
     r->finish = now.converted ? INT64_MAX : r->finish;
-    if (r->out.trip != r->tripped) {
+    if (r->out.trip != r->tripped || r->out.sto != r->sto) {
         r->tripped = r->out.trip;
+        r->sto = r->out.sto;
         r->stops_until = r->clock + RTL_STOP_CLOCKS;
     }
     if (now.triggered || now.converted || now.gates != before.gates || now.live != before.live ||

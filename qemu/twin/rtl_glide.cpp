@@ -5,6 +5,7 @@
 
 #ifdef INNER_NAMES
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace
 {
 /* The registers that go on counting while nothing else happens. */
 struct counters {
-    int64_t count, now, age, watch, left[3], low_for[3];
+    int64_t count, now, age, watch, sto[2], apart, left[3], low_for[3];
 };
 
 counters counters_of(const root_type *root)
@@ -23,6 +24,8 @@ counters counters_of(const root_type *root)
             WIRE(root, shaft__DOT__now),
             WIRE(root, bridge__DOT__brake_chopper__DOT__age),
             WATCH(root, left),
+            {STO(root, filter_a__DOT__count), STO(root, filter_b__DOT__count)},
+            STO(root, apart_for),
             {BRIDGE(root, 0, left), BRIDGE(root, 1, left), BRIDGE(root, 2, left)},
             {LOW_FOR(root, 0), LOW_FOR(root, 1), LOW_FOR(root, 2)}};
 }
@@ -33,6 +36,9 @@ void set_counters(root_type *root, const counters &c)
     WIRE(root, shaft__DOT__now) = (uint32_t)c.now;
     WIRE(root, bridge__DOT__brake_chopper__DOT__age) = (uint16_t)c.age;
     WATCH(root, left) = (uint32_t)c.watch;
+    STO(root, filter_a__DOT__count) = (uint32_t)c.sto[0];
+    STO(root, filter_b__DOT__count) = (uint32_t)c.sto[1];
+    STO(root, apart_for) = (uint32_t)c.apart;
     BRIDGE(root, 0, left) = (uint8_t)c.left[0];
     BRIDGE(root, 1, left) = (uint8_t)c.left[1];
     BRIDGE(root, 2, left) = (uint8_t)c.left[2];
@@ -53,6 +59,8 @@ counters later(const counters &a, const counters &b, int64_t clocks)
                   extrapolated(a.now, b.now, clocks),
                   extrapolated(a.age, b.age, clocks),
                   extrapolated(a.watch, b.watch, clocks),
+                  {extrapolated(a.sto[0], b.sto[0], clocks), extrapolated(a.sto[1], b.sto[1], clocks)},
+                  extrapolated(a.apart, b.apart, clocks),
                   {},
                   {}};
     for (int k = 0; k < 3; k++) {
@@ -71,7 +79,8 @@ bool one_of(int64_t step, int64_t other)
 bool counted(const counters &a, const counters &b, bool rising)
 {
     bool all = one_of(b.count - a.count, rising ? 1 : -1) && b.now - a.now == 1 && one_of(b.age - a.age, 1) &&
-               one_of(b.watch - a.watch, -1);
+               one_of(b.watch - a.watch, -1) && one_of(b.apart - a.apart, 1) && std::abs(b.sto[0] - a.sto[0]) <= 1 &&
+               std::abs(b.sto[1] - a.sto[1]) <= 1;
     for (int k = 0; k < 3; k++) {
         all = all && one_of(b.left[k] - a.left[k], -1) && one_of(b.low_for[k] - a.low_for[k], 1);
     }
@@ -102,6 +111,14 @@ int64_t until_compared(const root_type *root)
         clocks = c.low_for[k] < 0xFFF ? rtl_lesser(clocks, 0xFFF - c.low_for[k]) : clocks;
     }
     clocks = WATCH(root, watches) ? rtl_lesser(clocks, c.watch) : clocks;
+    for (int64_t low_for : c.sto) { /* to either end */
+        int64_t room = (int64_t)STO(root, filter_a__DOT__longest) - low_for;
+        clocks = low_for > 0 ? rtl_lesser(clocks, low_for) : clocks;
+        clocks = room > 0 ? rtl_lesser(clocks, room) : clocks;
+    }
+    if (c.apart < (int64_t)STO(root, patience)) {
+        clocks = rtl_lesser(clocks, (int64_t)STO(root, patience) - c.apart);
+    }
     clocks = c.age < 0xFFFF ? rtl_lesser(clocks, 0xFFFF - c.age) : clocks;
     return ADC(root, modulators) ? rtl_lesser(clocks, rtl_filters_rest(root)) : clocks;
 }

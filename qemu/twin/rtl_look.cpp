@@ -68,6 +68,22 @@ int64_t until_watch(const root_type *root)
     int64_t left = WATCH(root, left);
     return !WATCH(root, watches) ? 0 : left >> 20 ? 1 : left + 2;
 }
+
+/* Of one input that is low, in front of its two flip-flops or behind them: the counter up to the longest test. 0: it is not, or
+ * asks already. */
+int64_t until_asked(int low, bool pin_low, bool asks, int64_t left)
+{
+    return asks || (low == 0 && !pin_low) ? 0 : left + 1;
+}
+
+int64_t until_sto(const root_type *root)
+{
+#define UNTIL_ASKED(x) \
+    until_asked(STO(root, filter_##x##__DOT__low), !root->pin_sto_##x##_n, STO(root, filter_##x##__DOT__asks), \
+                (int64_t)STO(root, filter_##x##__DOT__longest) - STO(root, filter_##x##__DOT__count))
+    int64_t a = UNTIL_ASKED(a), b = UNTIL_ASKED(b);
+    return a == 0 || b == 0 ? a + b : rtl_lesser(a, b);
+}
 } // namespace
 
 int64_t rtl_filters_rest(const root_type *root)
@@ -110,5 +126,5 @@ void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_beside *beside)
     pwm->trigger[0] = PWM(root, trigger_1);
     pwm->trigger[1] = PWM(root, trigger_2);
     pwm->fresh = UPDATES(root, 0, fresh);
-    *beside = {until_trip(root), until_results(root), until_watch(root)};
+    *beside = {until_trip(root), until_results(root), until_watch(root), until_sto(root)};
 }

@@ -37,6 +37,7 @@ void Vfabric_axis___024root___eval_settle(Vfabric_axis___024root *root);
 #define FILTERS(root, name)    ADC(root, isolated__DOT__##name)
 #define FILTER(root, k, name)  FILTERS(root, phase__BRA__##k##__KET____DOT__##name)
 #define WATCH(root, name)      WIRE(root, bridge__DOT__program_watch__DOT__##name)
+#define STO(root, name)        WIRE(root, safe_torque_off__DOT__##name)
 #define LOW_FOR(root, k)       ADC(root, shunts__DOT__phase__BRA__##k##__KET____DOT__on_for)
 
 static inline int64_t rtl_lesser(int64_t a, int64_t b)

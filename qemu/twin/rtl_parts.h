@@ -42,7 +42,9 @@ struct fabric_rtl {
     int64_t stops_until;             /* what stops is on its way to the latches */
     int64_t trip_at;                 /* the next value of the modulators' fast path; INT64_MAX: none */
     bool tripped;                    /* by the last of them */
+    uint8_t sto;                     /* as it was */
     int64_t watch_at;                /* the watch over the program may trip; INT64_MAX: it does not watch */
+    int64_t sto_at;                  /* safe torque off may stop; INT64_MAX: no input asks */
     struct lines lines;
     uint32_t id_xor;
 };

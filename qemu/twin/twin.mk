@@ -13,7 +13,7 @@ TWIN_CFLAGS := -std=gnu11 -O3 -fno-tree-vectorize -fno-math-errno -fno-trapping-
 # no contact with QEMU:
 TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map slots shaft winding_short bus supply circuit coss \
     diodes comparators terminals inverter account advance meter sampling sensor_keys sensors amplifier modulator \
-    bit_streams disc hall thermometer can can_frame socketcand can_link can_hub random pwm adc encoder gate chopper watch \
+    bit_streams disc hall thermometer can can_frame socketcand can_link can_hub random pwm adc encoder gate sto chopper watch \
     fabric_model plant envm envm_file events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \

@@ -79,7 +79,7 @@ def test_sto_and_a_reset_are_of_both(tmp_path):
     for one in (result, result.second):
         live = one.trace["gate_live"]
         assert live[np.searchsorted(one.trace["t_s"], sto_s) - 1], "it was on until then"
-        assert not one.trace.between(sto_s + PERIOD_S, one.trace["t_s"][-1])["gate_live"].any()
+        assert not one.trace.between(sto_s + 1e-3 + PERIOD_S, one.trace["t_s"][-1])["gate_live"].any()
         after = one.trace.between(sto_s, one.trace["t_s"][-1])["t_s"]
         assert np.diff(after).max() > 20 * PERIOD_S, "the reset ends its samples"
         assert one.trace["t_s"][-1] > reset_s + 0.05, "and they come back"

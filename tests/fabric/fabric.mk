@@ -55,15 +55,16 @@ $(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXI
 axis: $(BUILD)/fabric/axis.so
 
 LOCKSTEP = $(BUILD)/fabric/lockstep
-LOCKSTEP_MODELS = pwm adc encoder gate chopper watch fabric_model
+LOCKSTEP_MODELS = pwm adc encoder gate sto chopper watch fabric_model
 LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
 
-# of axis 0, and of one that follows it
+# of axis 0, and of one that follows it; filters and patience of safe torque off as short as a run
+LOCKSTEP_STO = -GSTO_TEST=60 -GSTO_APART=300
 $(LOCKSTEP)/rtl1.a: RTL_AXIS = -GAXIS=1 -GAXES=2
 $(LOCKSTEP)/rtl.a $(LOCKSTEP)/rtl1.a: $(LOCKSTEP)/%.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
 	@mkdir -p $(@D)
 	$(call say,VERILATE)
-	$(Q)$(VERILATE) $(RTL_AXIS) --coverage-line --Mdir $(@D)/$* > /dev/null
+	$(Q)$(VERILATE) $(RTL_AXIS) $(LOCKSTEP_STO) --coverage-line --Mdir $(@D)/$* > /dev/null
 	$(Q)$(MAKE) -s -C $(@D)/$* -f Vfabric_axis.mk OPT_FAST=-O2 OPT_SLOW=-O1 Vfabric_axis__ALL.a verilated.o \
 	    verilated_cov.o verilated_threads.o > $(@D)/$*.log 2>&1 || { tail -n 5 $(@D)/$*.log; exit 1; }
 	@rm -f $@
@@ -82,7 +83,8 @@ $(LOCKSTEP)/lockstep1: LOCKSTEP_AXIS = 1
 $(LOCKSTEPS): $(LOCKSTEP)/lockstep%: $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl%.a
 	$(call say,LD)
 	$(Q)$(HOSTCXX) -std=c++17 -O2 $(HOST_WARNINGS) -Iqemu/twin -I$(LOCKSTEP)/rtl$* -isystem $(VERILATED_INCLUDE) \
-	    -DVM_COVERAGE=1 $(LOCKSTEP_AXIS:%=-DAXIS=%) $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) -o $@ -lm -lpthread
+	    -DVM_COVERAGE=1 $(LOCKSTEP_STO:-G%=-D%) $(LOCKSTEP_AXIS:%=-DAXIS=%) $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) \
+	    -o $@ -lm -lpthread
 
 lockstep: $(LOCKSTEPS)
 

@@ -4,7 +4,8 @@ module bridge(
     input  wire        clk, rst_n, sel_pwm, sel_gate, write,
     input  wire [7:2]  addr,
     input  wire [31:0] wdata,
-    input  wire        overrun_event, pin_overcurrent, pin_driver_fault, pin_sto_a_n, pin_sto_b_n, pin_clock_ok,
+    input  wire        overrun_event, pin_overcurrent, pin_driver_fault, pin_clock_ok,
+    input  wire [2:0]  sto,
     output wire [2:0]  pin_high, pin_low,
     output wire        trigger
 );
@@ -18,7 +19,7 @@ module bridge(
                  .sample(1'b0),
                  .vbus(15'd0), .valley(1'b0), .commit(1'b0),
                  .pin_overcurrent(pin_overcurrent), .pin_driver_fault(pin_driver_fault),
-                 .pin_sto_a_n(pin_sto_a_n), .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live),
+                 .sto(sto), .pin_clock_ok(pin_clock_ok), .live(live),
                  .pin_high(pin_high), .pin_low(pin_low), .pin_chopper(),
                  .pin_watch_reset_n());
 endmodule

@@ -23,7 +23,7 @@ from places import ROOT, RTL, includes
 
 BUDGETS = ROOT / "tests/fabric/budgets.toml"
 REFERENCE = 23
-BLOCKS = ("pwm", "adc", "encoder", "gate", "apb_slave", "fabric", "two_axes")
+BLOCKS = ("pwm", "adc", "encoder", "gate", "sto", "apb_slave", "fabric", "two_axes")
 AXES = {"two_axes": 2}        # the whole fabric with more than one
 FIGURES = ("CFG", "ARI1", "SLE", "MACC", "levels")
 BUDGETED = FIGURES[:-1]

@@ -4,7 +4,7 @@ from recording import listed
 
 OSCILLATOR_MHZ = 50
 WITH_CLOCK = ("pin_sclk", "pin_cs_n", "pin_temp_sclk", "pin_temp_cs_n", "pin_high", "pin_low", "pin_chopper")
-STOPS = ("pin_sto", "pin_overcurrent", "pin_driver_fault")
+STOPS = ("pin_overcurrent", "pin_driver_fault")
 
 
 def set_io(calls):

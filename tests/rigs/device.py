@@ -25,7 +25,7 @@ class Device:
         self.sysreg.MSSDDR_PLL_STATUS = 3
         self.watchdog.WDOGENABLE, self.watchdog.WDOGLOAD = 1, LOAD
         self.mpu.TYPE = 8 << 8
-        self.fabric.gate.ID = 0x464F4331
+        self.fabric.gate.ID = 0x464F4332
         system.postmortem_collect()  # forgets the test before
 
     def fault(self):

@@ -110,13 +110,13 @@ def test_six_gates_and_no_more():
     assert c.gate_follow(gate, 0x6A) == 0x2A
 
 
-@pytest.mark.parametrize("latch", [0x400, 0x800])
+@pytest.mark.parametrize("latch", [c.GATE_DRIVER_FAULT, c.GATE_CLOCK_LOST])
 def test_from_a_pin_to_the_switches(latch):
     p = Plant()
     p.run(1e-3)
     assert p.gates & 0x3F == 0x2A, "live in the valley: the low sides"
     c.plant_stop(p.p, latch, True)
-    assert p.gates == p.inverter.gates == 0 and p.read(GATE.STATUS) & 0x1FFF == latch
+    assert p.gates == p.inverter.gates == 0 and p.read(GATE.STATUS) & 0x1CFF == latch
     p.run(1e-4)
     c.plant_stop(p.p, latch, False)
     p.write(GATE.STATUS, latch)

@@ -252,7 +252,7 @@ def test_what_clear_needs(c, world):
     w.fabric.encoder.STATUS = 7  # an index, an illegal change, a lost signal
     w.fabric.gate.ID = 1
     assert c.drive_clear_fault(w.axis).error == c.ERROR_FABRIC
-    w.fabric.gate.ID = 0x464F4331
+    w.fabric.gate.ID = 0x464F4332
     assert c.drive_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.request == c.AXIS_REQUEST_CLEAR
     assert w.fabric.encoder.STATUS == 1, "latches whose causes are gone are cleared, and only those"
     assert w.step() == "SWITCH_ON_DISABLED"

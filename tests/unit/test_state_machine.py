@@ -85,13 +85,26 @@ def test_conversions_that_do_not_come_or_come_too_often_are_a_fault(world, c, ca
 def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
     for bit, cause in (
             (1, "OVERCURRENT_HARDWARE"), (2, "GATE_DRIVER"), (3, "LOOP_STOPPED"), (4, "INTERLOCK"),
-            (10, "STO_A"), (11, "STO_B"), (12, "PLL"),
+            (10, "STO_A"), (11, "STO_B"), (12, "PLL"), (17, "STO_APART"),
             (15, "SLOW_LOOP_STOPPED"), (16, "SLOW_LOOP_STOPPED")):
         w = world("SWITCH_ON_DISABLED")
         w.fabric.adc.SEQUENCE += LOOPS_PER_MS
         w.fabric.gate.STATUS = 1 << bit
         c.drive_step(w.axis)
         assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]
+
+
+@pytest.mark.parametrize("first, then", (("STO_A", "STO_APART"), ("STO_B", "STO_APART"), ("GATE_DRIVER", "GATE_DRIVER")))
+def test_an_input_that_stopped_alone_is_named_once_the_other_has_not_followed(world, c, first, then):
+    w = world("FAULT")
+    w.axis.faults.cause = c.enums["fault"]["FAULT_" + first]
+    count = w.axis.faults.count
+    for bits in (1 << 10, 1 << 10 | 1 << 17):
+        w.fabric.adc.SEQUENCE += LOOPS_PER_MS
+        w.fabric.gate.STATUS = bits
+        c.drive_step(w.axis)
+        assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + (then if bits >> 17 else first)]
+    assert w.axis.faults.count == count, "it is the same one"
 
 
 @pytest.mark.parametrize("on", (True, False))
@@ -118,7 +131,7 @@ def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
 
 
 @pytest.mark.parametrize("gate, adc, cause", [
-    (0x1C1E, 0, "STO_A"), (0x181E, 0, "STO_B"), (0x101E, 0, "PLL"), (0x0C04, 0xF0, "STO_A"),
+    (0x21C1E, 0, "STO_APART"), (0x1C1E, 0, "STO_A"), (0x181E, 0, "STO_B"), (0x101E, 0, "PLL"), (0x0C04, 0xF0, "STO_A"),
     (0x02, 0xF0, "OVERCURRENT_HARDWARE"), (0x06, 0, "OVERCURRENT_HARDWARE"), (0x04, 0, "GATE_DRIVER"), (0x14, 0, "GATE_DRIVER"),
     (0x18, 0, "INTERLOCK"), (0x08, 0x10, "LOOP_OVERRUN"), (0x20, 0x10, "ENCODER"), (0x80, 0xF0, "OVERCURRENT"),
     (0x80, 0xE0, "CURRENT_SUM"), (0x80, 0xC0, "OVERVOLTAGE"), (0x80, 0x80, "UNDERVOLTAGE"), (0x40, 0x02, "LOOP_OVERRUN")])

@@ -370,7 +370,7 @@ def test_a_block_in_reset_again_ends_the_program(device, system, held, identity,
     system.handlers_start_scope()
     if not doubted:
         system.axes[0].fabric_doubt = 0
-    device.fabric.gate.ID = 0x464F4331 if identity else 0
+    device.fabric.gate.ID = 0x464F4332 if identity else 0
     device.sysreg.SOFT_RESET_CR = held
     system.handlers_watch_device()
     assert device.nvic.ISER[0] == 1 << (ECC_ERROR if lost else PUT_BACK)

@@ -9,7 +9,7 @@ CLOCK = "CCC_0/GL0"
 GATES = ("pin_high_", "pin_low_")
 SWITCHES = GATES + ("pin_chopper_",)
 PULLED_DOWN = SWITCHES + ("pin_sto_",)
-STOPS = ("pin_sto_", "pin_overcurrent_", "pin_driver_fault_")
+STOPS = ("pin_overcurrent_", "pin_driver_fault_")
 READERS = {"converters": ("pin_sclk_", "pin_cs_n_", "pin_sdata_"),
            "thermometer": ("pin_temp_sclk_", "pin_temp_cs_n_", "pin_temp_sdata_")}
 STOP_NS = 20  # from a stop pin to the gates, by logic alone

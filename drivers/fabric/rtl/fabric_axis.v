@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One axis: the bus side, the four blocks, and the wires between them.
 `include "mssfoc_regs.vh"
-module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
+// STO_TEST: the longest test pulse of a safe-torque-off input in clocks; STO_APART: for how long one input may ask alone.
+module fabric_axis #(parameter AXIS = 0, parameter AXES = 1, parameter STO_TEST = 100_000, parameter STO_APART = 50_000_000) (
     input  wire        clk,
     input  wire        rst_n,
     // APB3, selected for this axis' window
@@ -72,6 +73,12 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
                    .trigger(trigger), .pin_a(pin_a), .pin_b(pin_b), .pin_index(pin_index), .pin_lost(pin_lost),
                    .pin_hall(pin_hall), .faulty(faulty));
 
+    localparam [16:0] LONGEST  = STO_TEST[16:0];
+    localparam [25:0] PATIENCE = STO_APART[25:0];
+    wire [2:0]        sto;
+    sto safe_torque_off (.clk(clk), .rst_n(rst_n), .longest(LONGEST), .patience(PATIENCE), .pin_a_n(pin_sto_a_n),
+                         .pin_b_n(pin_sto_b_n), .stops(sto));
+
     wire commit = write[0] && addr == `PWM_COMPARE_C;
 
     // the modulators' fast path is one more comparator of the power stage
@@ -79,7 +86,7 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
         .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]),
         .high(high), .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty),
         .valley(sync_out), .commit(commit), .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
-        .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n), .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok),
+        .pin_driver_fault(pin_driver_fault), .pin_clock_ok(pin_clock_ok), .sto(sto),
         .live(live), .pin_high(pin_high), .pin_low(pin_low), .pin_chopper(pin_chopper),
         .pin_watch_reset_n(pin_watch_reset_n));
 

@@ -2,7 +2,8 @@
 // Slot 3 of an axis, GATE: the bridge's switch. A pin that says stop cuts all six outputs in the same clock, by logic
 // alone; behind two flip-flops it sets its latch, which clears ENABLE. Pin, flip-flops and latch cut one after the other
 // without a gap, so that a pulse on a pin that one clock edge has seen is never followed by outputs. An overrun cuts by its
-// latch: its logic changes with every clock, and would show at the gates. So does a program that hangs (watch.v).
+// latch: its logic changes with every clock, and would show at the gates. So do a program that hangs (watch.v) and safe torque
+// off (sto.v), which has its own flip-flops.
 `include "mssfoc_regs.vh"
 module gate #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        clk,
@@ -27,19 +28,20 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     // pins, asynchronous
     input  wire        pin_overcurrent,
     input  wire        pin_driver_fault,
-    input  wire        pin_sto_a_n,       // 0 stops
-    input  wire        pin_sto_b_n,
     input  wire        pin_clock_ok,      // lock of the clock's PLL
+    // safe torque off, in the next clock: its inputs do not agree, B, A
+    input  wire [2:0]  sto,
     output wire        live,              // to PWM
     output wire [2:0]  pin_high,
     output wire [2:0]  pin_low,
     output wire        pin_chopper,
     output reg         pin_watch_reset_n  // for a design that lets a program that hangs be reset
 );
-    // order of the pins and their latches: clock, STO B, STO A, driver, over-current
-    wire [4:0] pins = {!pin_clock_ok, !pin_sto_b_n, !pin_sto_a_n, pin_driver_fault, pin_overcurrent};
-    reg  [4:0] pins_1, pins_2, pin_latches;
-    wire [4:0] asked = pins | pins_1 | pins_2;
+    // order of the pins and their latches: clock, driver, over-current
+    wire [2:0] pins = {!pin_clock_ok, pin_driver_fault, pin_overcurrent};
+    reg  [2:0] pins_1, pins_2, pin_latches;
+    wire [2:0] asked = pins | pins_1 | pins_2;
+    reg  [2:0] sto_now, sto_latches;
 
     reg        enable, loop_lost, interlock;
     reg        armed;                     // ENABLE as the program wrote it: what stops the bridge does not clear it
@@ -60,8 +62,8 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
 
     wire both      = |(high & low);
     wire lost_now  = (overrun_event && enable) || loop_late;
-    wire stops_now = lost_now || |missed;
-    wire latched   = |pin_latches || loop_lost || interlock || |program_latches;
+    wire stops_now = lost_now || |missed || |sto;
+    wire latched   = |pin_latches || |sto_latches || loop_lost || interlock || |program_latches;
     wire settled   = |pins_2 || both || latched;    // safe for flip-flops: pins only behind two of them
     wire cut       = settled || |asked;
     wire follows   = enable && !cut && rst_n;
@@ -71,17 +73,20 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     assign live     = enable;
 
     // a latch clears only by a 1 written while its input is quiet
-    wire [4:0] clear_pins = {wdata[`GATE_STATUS_CLOCK_LOST], wdata[`GATE_STATUS_STO_B], wdata[`GATE_STATUS_STO_A],
-                             wdata[`GATE_STATUS_DRIVER_FAULT], wdata[`GATE_STATUS_OVERCURRENT]} & {5{clears}};
+    wire [2:0] clear_pins = {wdata[`GATE_STATUS_CLOCK_LOST], wdata[`GATE_STATUS_DRIVER_FAULT],
+                             wdata[`GATE_STATUS_OVERCURRENT]} & {3{clears}};
+    wire [2:0] clear_sto  = {wdata[`GATE_STATUS_STO_APART], wdata[`GATE_STATUS_STO_B], wdata[`GATE_STATUS_STO_A]} & {3{clears}};
     wire [1:0] clear_program = {wdata[`GATE_STATUS_THREAD_LOST], wdata[`GATE_STATUS_SLOW_LOST]} & {2{clears}};
     wire       forgiven    = |(program_latches & clear_program);
     wire       enable_next = wdata[`GATE_CONTROL_ENABLE] && !settled && !stops_now;
 
     always @(posedge clk)
         if (!rst_n) begin
-            pins_1         <= 5'd0;
-            pins_2         <= 5'd0;
-            pin_latches    <= 5'd0;
+            pins_1         <= 3'd0;
+            pins_2         <= 3'd0;
+            pin_latches    <= 3'd0;
+            sto_now        <= 3'd0;
+            sto_latches    <= 3'd0;
             loop_lost      <= 1'b0;
             interlock      <= 1'b0;
             enable         <= 1'b0;
@@ -95,6 +100,8 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
             pins_1      <= pins;
             pins_2      <= pins_1;
             pin_latches <= pins_2 | (pin_latches & ~(clear_pins & ~asked));
+            sto_now     <= sto;
+            sto_latches <= sto | (sto_latches & ~(clear_sto & ~sto_now));
             loop_lost   <= lost_now || (loop_lost && !(clears && wdata[`GATE_STATUS_LOOP_LOST]));
             interlock   <= both || (interlock && !(clears && wdata[`GATE_STATUS_INTERLOCK]));
             program_latches   <= missed | (program_latches & ~clear_program);
@@ -126,8 +133,9 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     always @*
         case (addr)
         `GATE_CONTROL:     value = {31'd0, enable};
-        `GATE_STATUS:      value = {15'd0, program_latches, pins_2[3:2], pin_latches[4:2], pins_2[1:0], limit, overrun,
-                                    encoder_faulty, interlock, loop_lost, pin_latches[1:0], enable && !settled};
+        `GATE_STATUS:      value = {14'd0, sto_latches[2], program_latches, sto_now[1:0], pin_latches[2], sto_latches[1:0],
+                                    pins_2[1:0], limit, overrun, encoder_faulty, interlock, loop_lost,
+                                    pin_latches[1:0], enable && !settled};
         `GATE_ID:          value = `GATE_ID_RESET;
         `GATE_CHOPPER:     value = {30'd0, pin_chopper, chopper_enable};
         `GATE_CHOPPER_ON:  value = {17'd0, chopper_on};

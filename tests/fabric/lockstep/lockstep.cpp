@@ -27,6 +27,9 @@ extern "C" {
 #ifndef AXIS
 #define AXIS 0 /* of the RTL; another than 0 follows the carrier of axis 0 */
 #endif
+#ifndef STO_TEST
+#error as the RTL has them: STO_TEST, STO_APART
+#endif
 
 namespace
 {
@@ -48,7 +51,7 @@ constexpr sim_ps CLOCK_PS = SIM_PS_PER_FABRIC_CLOCK;
 
 struct tally {
     int64_t clocks, reads, writes, conversions, overruns, stops, edges, gate_changes, chops, missed, unanswered,
-        followed;
+        followed, tests, asked, apart;
     bool read[0x100], written[0x100]; /* words of the window */
 };
 
@@ -62,8 +65,11 @@ class run
         : top(rtl), random(seed), how(any_manner(random)), count(t), f(&model.fabric), led(how.period)
     {
         wind.gap = random.one_in(3) ? 4 : 60;
+        sto_changes[0] = sto_changes[1] = random.one_in(3) ? 1 + random.below(4000) : -1; /* in a third of the runs */
         temperature = random.one_in(2) ? 1280 : 1312; /* codes at the start of a chord: TEMP 800 and 951 */
         fabric_model_init(&model, CONVERSION * CLOCK_PS);
+        model.sto.longest = STO_TEST;
+        model.sto.patience = STO_APART;
         if (AXIS != 0) {
             fabric_model_join(&model, AXIS, AXIS + 1, led.model());
         }
@@ -93,6 +99,8 @@ class run
     uint32_t sampled[4] = {}, temperature = 0;
     converter line_of[4] = {}, thermometer = {};
     unsigned stops = 0; /* bit per pin */
+    bool sto_low[2] = {};
+    int64_t sto_changes[2];
 
     shaft wind;
     line a, b, z, hall[3];
@@ -106,6 +114,7 @@ class run
     void follow(bus_access *x);
     void drive_bus();
     void drive_stops();
+    void drive_sto();
     void drive_lines();
     void drive_converters();
     bool differs(const char *what, uint32_t rtl, uint32_t model_says) const;
@@ -118,7 +127,7 @@ class run
     unsigned hall_levels() const;
 };
 
-const unsigned latch_of[] = {GATE_OVERCURRENT, GATE_DRIVER_FAULT, GATE_STO_A, GATE_STO_B, GATE_CLOCK_LOST};
+const unsigned latch_of[] = {GATE_OVERCURRENT, GATE_DRIVER_FAULT, GATE_CLOCK_LOST};
 
 /* ---- inputs ---- */
 
@@ -211,7 +220,7 @@ void run::drive_stops()
     bool busy = phase != IDLE && (now.offset & SLOT) == GATE_SLOT;
     bool ends = finish >= 0 && finish - n <= SETTLES + 1;
     if (n >= settled_at && !busy && !ends && !valley_is_near() && random.one_in(stops ? 40 : 3000)) {
-        unsigned pin = stops ? (unsigned)__builtin_ctz(stops) : random.below(5);
+        unsigned pin = stops ? (unsigned)__builtin_ctz(stops) : random.below(3);
         stops ^= 1u << pin;
         settled_at = n + SETTLES;
         count.stops++;
@@ -219,9 +228,29 @@ void run::drive_stops()
     }
     top.pin_overcurrent = stops & 1;
     top.pin_driver_fault = (stops >> 1) & 1;
-    top.pin_sto_a_n = !((stops >> 2) & 1);
-    top.pin_sto_b_n = !((stops >> 3) & 1);
-    top.pin_clock_ok = !((stops >> 4) & 1);
+    top.pin_clock_ok = !((stops >> 2) & 1);
+}
+
+/* Test pulses, requests, lines that hang; one alone or both. The model sees no pulse of two clocks or less. */
+void run::drive_sto()
+{
+    for (int k = 0; k < 2; k++) {
+        if (n != sto_changes[k]) {
+            continue;
+        }
+        sto_low[k] = !sto_low[k];
+        f->ops->stop(f, k ? GATE_STO_B : GATE_STO_A, sto_low[k], n * CLOCK_PS);
+        uint32_t most = sto_low[k]         ? random.one_in(6) ? 3 * STO_APART : 3 * STO_TEST / 2
+                        : random.one_in(3) ? STO_TEST
+                                           : 4000;
+        sto_changes[k] = n + 3 + random.below(most);
+        if (sto_low[k] && !sto_low[1 - k] && random.one_in(2)) {
+            sto_changes[1 - k] = n + 3 + random.below(STO_TEST);
+        }
+        count.tests += sto_low[k];
+    }
+    top.pin_sto_a_n = !sto_low[0];
+    top.pin_sto_b_n = !sto_low[1];
 }
 
 void run::drive_lines()
@@ -408,6 +437,8 @@ void run::take_events()
     count.followed += waited && model.pwm.running;
     uint32_t latched = model.gate.latches & ~latches;
     count.missed += (latched & (GATE_SLOW_LOST | GATE_THREAD_LOST)) != 0;
+    count.asked += (latched & (GATE_STO_A | GATE_STO_B)) != 0;
+    count.apart += (latched & GATE_STO_APART) != 0;
     count.unanswered += (latched & GATE_LOOP_LOST) && n != finish;
     count.gate_changes += gates != f->gates;
     write(AFTER_EVENTS);
@@ -429,6 +460,7 @@ bool run::play()
     for (n = 0; n < clocks; n++, count.clocks++) {
         drive_bus();
         drive_stops();
+        drive_sto();
         drive_lines();
         drive_converters();
         top.sync_in = AXIS != 0 && led.syncs();
@@ -489,11 +521,12 @@ int report(const tally &t, uint64_t seed)
 {
     std::printf("lockstep: no difference in %lld clocks (seed %llu): %lld reads, %lld writes, %lld gate edges, "
                 "%lld conversions, %lld overruns, %lld stop edges, %lld encoder edges, %lld clocks chopping, "
-                "%lld proofs late, %lld periods without compares, %lld starts with the leader\n",
+                "%lld proofs late, %lld periods without compares, %lld starts with the leader, %lld falls of STO, "
+                "%lld that stop, %lld that stay apart\n",
                 (long long)t.clocks, (unsigned long long)seed, (long long)t.reads, (long long)t.writes,
                 (long long)t.gate_changes, (long long)t.conversions, (long long)t.overruns, (long long)t.stops,
                 (long long)t.edges, (long long)t.chops, (long long)t.missed, (long long)t.unanswered,
-                (long long)t.followed);
+                (long long)t.followed, (long long)t.tests, (long long)t.asked, (long long)t.apart);
     report_offsets(t.read);
     report_offsets(t.written);
     return 0;

@@ -9,12 +9,14 @@ always @* if (!f_ran) assume (!rst_n);
 wire f_any = |pin_high || |pin_low;
 reg  f_lost;        // a sample was lost while live, a clock ago
 always @(posedge clk) f_lost <= rst_n && overrun_event && live;
+reg  f_sto;         // safe torque off, with filters of no length (formal/sto.v), a clock ago
+always @(posedge clk) f_sto <= rst_n && (!pin_sto_a_n || !pin_sto_b_n || sto[2]);
 reg  f_slot_0;      // a setup phase for PWM's slot, a clock ago
 always @(posedge clk) f_slot_0 <= rst_n && psel && !penable && paddr[9:8] == 2'd0 && paddr[1:0] == 2'd0;
 always @* if (f_ran) begin
     // in the same clock
-    if (!rst_n || !pin_clock_ok || !pin_sto_a_n || !pin_sto_b_n || pin_overcurrent || pin_driver_fault) assert (!f_any);
-    if (trip || f_lost) assert (!f_any);
+    if (!rst_n || !pin_clock_ok || pin_overcurrent || pin_driver_fault) assert (!f_any);
+    if (trip || f_lost || f_sto) assert (!f_any);
     assert (commit == (f_slot_0 && psel && penable && pwrite && paddr[7:2] == `PWM_COMPARE_C));
     if (!live) assert (!f_any);
     assert ((pin_high & pin_low) == 3'd0);
@@ -23,6 +25,8 @@ always @* if (f_ran) begin
     assert ((pin_high & ~high) == 3'd0 && (pin_low & ~low) == 3'd0);
     assert (CAN_FOLLOW == (AXIS != 0));
 end
+// a quiet line stops nothing: 1 ms and 500 ms are at their places
+always @* if (f_ran) assert (sto[1:0] == {!pin_sto_b_n, !pin_sto_a_n});
 // over the bus: identity, the number of this axis, and the bits that GATE shows of the other blocks
 reg [9:0] f_at;
 reg       f_read, f_faulty, f_overrun, f_limit;

@@ -5,15 +5,14 @@ always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
 
 wire f_any  = |pin_high || |pin_low;
-wire f_stop = pin_overcurrent || pin_driver_fault || !pin_sto_a_n || !pin_sto_b_n || !pin_clock_ok;
+wire f_stop = pin_overcurrent || pin_driver_fault || |sto_now || !pin_clock_ok;
 
 always @* if (f_ran) begin
     // in the same clock: reset, each pin, each latch, both sides of a leg, no ENABLE
     if (!rst_n) assert (!f_any);
     if (pin_overcurrent) assert (!f_any);
     if (pin_driver_fault) assert (!f_any);
-    if (!pin_sto_a_n) assert (!f_any);
-    if (!pin_sto_b_n) assert (!f_any);
+    if (|sto_now || |sto_latches) assert (!f_any);
     if (!pin_clock_ok) assert (!f_any);
     if (|(high & low)) assert (!f_any);
     if (|pin_latches || loop_lost || interlock || |program_latches) assert (!f_any);
@@ -22,14 +21,15 @@ always @* if (f_ran) begin
     assert ((pin_high & pin_low) == 3'd0);
     assert ((pin_high & ~high) == 3'd0 && (pin_low & ~low) == 3'd0);
     // while all is quiet and on, exactly what it wishes
-    if (rst_n && enable && !f_stop && !settled && pins_1 == 5'd0) assert (pin_high == high && pin_low == low);
+    if (rst_n && enable && !f_stop && !settled && pins_1 == 3'd0) assert (pin_high == high && pin_low == low);
     // what the processor reads: nothing is on while LIVE is 0, or while a latch shows
     if (sel && addr == `GATE_STATUS) begin
         if (!rdata[`GATE_STATUS_LIVE]) assert (!f_any);
         else assert (enable && !latched);
         if (rdata[`GATE_STATUS_OVERCURRENT] || rdata[`GATE_STATUS_DRIVER_FAULT] || rdata[`GATE_STATUS_LOOP_LOST]
             || rdata[`GATE_STATUS_INTERLOCK] || rdata[`GATE_STATUS_STO_A] || rdata[`GATE_STATUS_STO_B]
-            || rdata[`GATE_STATUS_CLOCK_LOST] || rdata[`GATE_STATUS_SLOW_LOST] || rdata[`GATE_STATUS_THREAD_LOST])
+            || rdata[`GATE_STATUS_STO_APART] || rdata[`GATE_STATUS_CLOCK_LOST] || rdata[`GATE_STATUS_SLOW_LOST]
+            || rdata[`GATE_STATUS_THREAD_LOST])
             assert (!f_any);
         assert (rdata[`GATE_STATUS_ENCODER] == encoder_faulty && rdata[`GATE_STATUS_OVERRUN] == overrun);
         assert (rdata[`GATE_STATUS_LIMIT] == limit);
@@ -41,16 +41,15 @@ always @* if (f_ran) begin
 end
 
 // A stop that one clock edge has seen leaves nothing on until ENABLE is written after it and all is quiet again.
-wire [6:0] f_noisy = {!pin_clock_ok, !pin_sto_b_n, !pin_sto_a_n, pin_driver_fault, pin_overcurrent,
-                      |(high & low), (overrun_event && enable) || loop_late};
-reg  [6:0] f_noisy_1, f_noisy_2;
+wire [7:0] f_noisy = {pins, sto | sto_now, |(high & low), (overrun_event && enable) || loop_late};
+reg  [7:0] f_noisy_1, f_noisy_2;
 reg        f_stopped;
-wire       f_calm = !latched && f_noisy == 7'd0 && missed == 2'd0 && f_noisy_1[6:2] == 5'd0 && f_noisy_2[6:2] == 5'd0;
+wire       f_calm = !latched && f_noisy == 8'd0 && missed == 2'd0 && f_noisy_1[7:5] == 3'd0 && f_noisy_2[7:5] == 3'd0;
 always @(posedge clk)
     if (!rst_n) begin
         f_stopped <= 1'b1;
-        f_noisy_1 <= 7'd0;
-        f_noisy_2 <= 7'd0;
+        f_noisy_1 <= 8'd0;
+        f_noisy_2 <= 8'd0;
     end else begin
         f_noisy_1 <= f_noisy;
         f_noisy_2 <= f_noisy_1;
@@ -62,27 +61,36 @@ always @(posedge clk)
 always @* if (f_ran) begin
     if (f_stopped) assert (!f_any);
     if (f_stopped && enable) assert (|pins_1 || |pins_2);
-    assert (pins_1 == f_noisy_1[6:2] && pins_2 == f_noisy_2[6:2]);
+    assert (pins_1 == f_noisy_1[7:5] && pins_2 == f_noisy_2[7:5]);
+    assert (pins == {!pin_clock_ok, pin_driver_fault, pin_overcurrent});
+    assert ((sto_now & ~sto_latches) == 3'd0);
 end
 
 // latches: set by their inputs, cleared by a 1 written while the input is quiet, and by nothing else
-wire [6:0] f_latches = {pin_latches, interlock, loop_lost};
-wire [6:0] f_ones    = {wdata[`GATE_STATUS_CLOCK_LOST], wdata[`GATE_STATUS_STO_B], wdata[`GATE_STATUS_STO_A],
-                        wdata[`GATE_STATUS_DRIVER_FAULT], wdata[`GATE_STATUS_OVERCURRENT],
+wire [7:0] f_latches = {pin_latches, sto_latches, interlock, loop_lost};
+wire [7:0] f_ones    = {wdata[`GATE_STATUS_CLOCK_LOST], wdata[`GATE_STATUS_DRIVER_FAULT], wdata[`GATE_STATUS_OVERCURRENT],
+                        wdata[`GATE_STATUS_STO_APART], wdata[`GATE_STATUS_STO_B], wdata[`GATE_STATUS_STO_A],
                         wdata[`GATE_STATUS_INTERLOCK], wdata[`GATE_STATUS_LOOP_LOST]};
+wire [7:0] f_shown   = {rdata[`GATE_STATUS_CLOCK_LOST], rdata[`GATE_STATUS_DRIVER_FAULT], rdata[`GATE_STATUS_OVERCURRENT],
+                        rdata[`GATE_STATUS_STO_APART], rdata[`GATE_STATUS_STO_B], rdata[`GATE_STATUS_STO_A],
+                        rdata[`GATE_STATUS_INTERLOCK], rdata[`GATE_STATUS_LOOP_LOST]};
+always @* if (f_ran && sel && addr == `GATE_STATUS) begin
+    assert (f_shown == f_latches);
+    assert ({rdata[`GATE_STATUS_STO_B_NOW], rdata[`GATE_STATUS_STO_A_NOW]} == sto_now[1:0]);
+end
 genvar f_k;
-generate for (f_k = 0; f_k < 7; f_k = f_k + 1) begin : f_latch
+generate for (f_k = 0; f_k < 8; f_k = f_k + 1) begin : f_latch
     always @(posedge clk) if (f_ran && $past(rst_n)) begin
         if ($past(f_latches[f_k]) && !f_latches[f_k])
             assert ($past(write && addr == `GATE_STATUS && f_ones[f_k] && !f_noisy[f_k]));
         if ($past(f_latches[f_k] && write && addr == `GATE_STATUS && f_ones[f_k] && !f_noisy[f_k])
-            && (f_k < 2 || $past(!pins_1[(f_k + 3) % 5] && !pins_2[(f_k + 3) % 5])))
+            && (f_k < 5 || $past(!pins_1[(f_k + 1) % 3] && !pins_2[(f_k + 1) % 3])))
             assert (!f_latches[f_k]);
         if (!$past(f_latches[f_k]) && f_latches[f_k])
-            assert (f_k < 2 ? $past(f_noisy[f_k]) : $past(f_noisy_2[f_k]));
+            assert (f_k < 5 ? $past(f_noisy[f_k]) : $past(f_noisy_2[f_k]));
     end
     // a fault sets its latch: one clock later from inside, three clocks later from a pin
-    always @(posedge clk) if (f_ran && $past(rst_n) && (f_k < 2 ? $past(f_noisy[f_k]) : $past(f_noisy_2[f_k])))
+    always @(posedge clk) if (f_ran && $past(rst_n) && (f_k < 5 ? $past(f_noisy[f_k]) : $past(f_noisy_2[f_k])))
         assert (f_latches[f_k]);
 end endgenerate
 // ENABLE is set by a write only, cleared by every latch, and otherwise obeys writes
@@ -90,10 +98,10 @@ always @(posedge clk) if (f_ran && $past(rst_n)) begin
     if (enable && !$past(enable)) assert ($past(write && addr == `GATE_CONTROL && wdata[0]) && !$past(latched));
     if ($past(write && addr == `GATE_CONTROL && !wdata[0])) assert (!enable);
     if ($past(write && addr == `GATE_CONTROL && wdata[0] && f_calm)) assert (enable);
-    if (f_latches != 7'd0 || |program_latches) assert (!enable);
+    if (f_latches != 8'd0 || |program_latches) assert (!enable);
     if ($past(enable && !settled && !stops_now && !write)) assert (enable);
 end else if (f_ran)
-    assert (!enable && !armed && f_latches == 7'd0 && program_latches == 2'd0 && pin_watch_reset_n && !chopper_enable);
+    assert (!enable && !armed && f_latches == 8'd0 && program_latches == 2'd0 && pin_watch_reset_n && !chopper_enable);
 
 // the watch over the program: armed by what a write to ENABLE came to, whatever has stopped the bridge since; until a write of
 // 0, or until one that clears a latch of the watch
