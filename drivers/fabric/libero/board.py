@@ -9,8 +9,9 @@ from .wrong import Wrong
 
 BOARDS = Path(__file__).resolve().parent / "boards"
 NEEDED = ("title", "die", "package", "speed", "axes", "nets", "wired", "tied", "open", "console", "unused")
-KNOWN = NEEDED + ("io_standard", "bank_volts", "bring_up_only", "modbus", "sampling", "to_check")
+KNOWN = NEEDED + ("legs", "io_standard", "bank_volts", "bring_up_only", "modbus", "sampling", "to_check")
 MOST_AXES = 4  # of 1 KB, in the 4 KB of CoreAPB3's slot
+LEGS = ("gates", "in_en")  # what pin_high and pin_low lead to: six gates, or an input and an enable for each leg
 BIT = re.compile(r"(\w+)\[(\d+)\]\Z")
 
 
@@ -39,6 +40,8 @@ def load(name, folder=BOARDS):
         raise Wrong(f"{name}: `{key}` means nothing here; known are {', '.join(KNOWN)}")
     if board["axes"] not in range(1, MOST_AXES + 1):
         raise Wrong(f"{name}: {board['axes']} axes; the bus has room for 1 to {MOST_AXES}")
+    if board.setdefault("legs", LEGS[0]) not in LEGS:
+        raise Wrong(f"{name}: legs = {board['legs']}; {', '.join(LEGS)}")
     return board | {"name": name}
 
 
