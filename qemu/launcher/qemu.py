@@ -91,7 +91,7 @@ def _ask(path, *arguments):
     return (answer.stdout or answer.stderr).strip()
 
 
-FABRICS = {"model": None, "rtl": "fabric/axis.so"}
+FABRICS = {"model": None, "rtl": ("fabric/axis.so", "fabric/axis_in_en.so")}  # by [bridge] in_en
 
 
 def fabric_files(fabric, build, *drives):
@@ -104,7 +104,7 @@ def fabric_files(fabric, build, *drives):
         return {}
     if len(drives) > 1:
         raise LauncherError(f"FABRIC={fabric} has one axis only: two motors need FABRIC=model")
-    library = build / FABRICS[fabric]
+    library = build / FABRICS[fabric][drives[0].inverter["bridge"]["in_en"]]
     if not library.is_file():
         raise LauncherError(f"{shown(library)} is missing: run make axis first (needs verilator and g++)")
     return {"fabric": library.resolve()}

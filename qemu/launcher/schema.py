@@ -179,6 +179,7 @@ INVERTER_TABLES = {
         "diode_ohm": Key(0, 10, 0.0, "slope of a diode"),
         "coss_c": Key(0, 3e-5, 0.0, "charge of one switch's output capacitance at vbus_v, coulomb"),
         "switching_s": Key(0, 1e-5, 0.0, "both hard edges of a switch, at full voltage and full current: heat out of the bus"),
+        "in_en": _whole(0, 1, 0, "1: an input and an enable for each leg; the driver's dead time is in turn_on_delay_s, too"),
         "turn_on_delay_s": Key(0, 5e-6, 0.0, "of driver and switch"),
         "turn_off_delay_s": Key(0, 5e-6, 0.0, "of driver and switch")},
     "sensor": {

@@ -267,7 +267,9 @@ void axes_flush(void)
 static void init_plant(struct axis *a, const struct config *config)
 {
     struct plant_params params = a->config->plant;
-    params.fabric = config->fabric_path ? fabric_rtl_open(config->fabric_path, &params.sensors, params.seed) : NULL;
+    params.fabric = config->fabric_path
+                        ? fabric_rtl_open(config->fabric_path, &params.sensors, params.inverter.in_en != 0, params.seed)
+                        : NULL;
     plant_init(&a->plant, &params);
     plant_join(&a->plant, number_of(a), count, a == axes ? NULL : &axes[0].plant);
     a->plant.on_trigger = record;

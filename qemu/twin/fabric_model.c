@@ -34,12 +34,15 @@ static void show_wires(struct fabric_model *m)
     m->fabric.valley_at = m->pwm.valley_at;
 }
 
+/* Drivers with an input and an enable make the dead time themselves; the ADC goes by the fabric's all the same. */
 static void drive_gates(struct fabric_model *m, sim_ps at)
 {
     pwm_catch_up(&m->pwm, at);
     pwm_set_live(&m->pwm, gate_live(&m->gate));
-    m->fabric.gates = gate_follow(&m->gate, m->pwm.outputs);
-    adc_see_gates(&m->adc, m->fabric.gates, at);
+    unsigned gates = gate_follow(&m->gate, m->pwm.outputs);
+    m->gates = m->pwm.outputs;
+    m->fabric.gates = m->gate.in_en && gate_live(&m->gate) ? m->pwm.led : gates;
+    adc_see_gates(&m->adc, gates, at);
     show_wires(m);
 }
 
@@ -99,7 +102,7 @@ static unsigned take_pwm_event(struct fabric_model *m, sim_ps at)
     if (m->pwm.at_valley) {
         gate_valley(&m->gate);
     }
-    if (triggers || m->pwm.outputs != m->fabric.gates || was_live != gate_live(&m->gate)) {
+    if (triggers || m->pwm.outputs != m->gates || was_live != gate_live(&m->gate)) {
         drive_gates(m, at);
     }
     if (triggers) {
@@ -303,7 +306,7 @@ static void write(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now)
     drive_gates(m, now);
 }
 
-void fabric_model_init(struct fabric_model *m, sim_ps conversion)
+void fabric_model_init(struct fabric_model *m, sim_ps conversion, bool in_en)
 {
     static const struct fabric_ops ops = {reset,         read,          write,
                                           next_event,    needs_physics, take_event,
@@ -315,6 +318,7 @@ void fabric_model_init(struct fabric_model *m, sim_ps conversion)
     memset(m, 0, sizeof *m);
     m->fabric.ops = &ops;
     m->conversion = conversion;
+    m->gate.in_en = in_en;
     m->sto = (struct sto){.longest = STO_TEST, .patience = STO_PATIENCE};
 }
 

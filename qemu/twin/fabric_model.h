@@ -15,10 +15,12 @@ struct fabric_model {
     struct encoder encoder;
     struct gate gate;
     struct sto sto;
+    unsigned gates;    /* what the PWM wishes, as it was shown last */
     sim_ps conversion; /* from the trigger to its end */
 };
 
-void fabric_model_init(struct fabric_model *m, sim_ps conversion);
+/* in_en: its drivers have an input and an enable for each leg. */
+void fabric_model_init(struct fabric_model *m, sim_ps conversion, bool in_en);
 /* Which axis of how many it is; `leader` is axis 0 of the same fabric, NULL for that itself. */
 void fabric_model_join(struct fabric_model *m, unsigned axis, unsigned axes, const struct fabric_model *leader);
 

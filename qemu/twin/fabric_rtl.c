@@ -274,7 +274,7 @@ static const struct rtl_axis_calls *load(const char *path)
     return open();
 }
 
-struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sensors, uint64_t seed)
+struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sensors, bool in_en, uint64_t seed)
 {
     static const struct fabric_ops ops = {reset,         read,          write,
                                           next_event,    needs_physics, take_event,
@@ -290,6 +290,9 @@ struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sen
     r->fabric.ops = &ops;
     r->fabric.prompt = true;
     r->calls = load(path);
+    if (r->calls->in_en != in_en) {
+        rtl_fail("FABRIC=rtl", "inverter.in_en and the library are of different drivers");
+    }
     r->axis = r->calls->create();
     r->in.pin_sto_a_n = r->in.pin_sto_b_n = r->in.pin_clock_ok = true;
     r->modulated = sensors->modulators != 0;

@@ -9,6 +9,6 @@
 #include "sensor_keys.h"
 
 /* Loads the library. On failure says so in one line and ends the process. */
-struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sensors, uint64_t seed);
+struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sensors, bool in_en, uint64_t seed);
 
 #endif

@@ -11,6 +11,7 @@ enum { OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9, STO_A_NOW = 1u << 
 
 #define ID_VALUE       0x464F4332u
 #define COUNT_SHIFT    4
+#define IN_EN          (1u << 8)
 #define THRESHOLD_BITS 0x7FFFu
 #define WATCH_CLOCKS   0xFFFFFu
 #define WATCH_STARTED  (1u << 31)
@@ -64,7 +65,7 @@ uint32_t gate_read(const struct gate *g, uint32_t offset)
     case CHOPPER_OFF:
         return g->chopper.off_at;
     case AXES:
-        return g->axis | (g->others + 1) << COUNT_SHIFT;
+        return g->axis | (g->others + 1) << COUNT_SHIFT | (g->in_en ? IN_EN : 0u);
     case WATCH_TIME:
         return g->watch.clocks | (g->watch.started ? WATCH_STARTED : 0u);
     case WATCH:

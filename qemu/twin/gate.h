@@ -27,6 +27,7 @@ struct gate {
     uint32_t id_xor; /* not 0: another design */
     unsigned axis;   /* which this is, from 0 */
     unsigned others; /* axes beside it in the fabric */
+    bool in_en;      /* it drives an input and an enable for each leg */
     bool enabled;
     uint32_t latches;
     uint32_t asking; /* the latches whose pins ask to stop now */

@@ -28,6 +28,7 @@ const struct config_key inverter_keys[] = {
     KEY(diode_ohm, 0, 10, 0),
     KEY(coss_c, 0, 1e-3, 0),
     KEY(switching_s, 0, 1e-5, 0),
+    KEY(in_en, 0, 1, 0),
     KEY(turn_on_delay_s, 0, 1e-5, 0),
     KEY(turn_off_delay_s, 0, 1e-5, 0),
     KEY(oc_trip_a, 1e-3, 1e5, CONFIG_REQUIRED),
@@ -48,6 +49,9 @@ const char *inverter_mismatch(const struct inverter_params *p)
     bool parts = p->bus_esr_ohm > 0 || p->chopper_ohm > 0 || p->rectifier_hz > 0 || p->supply_c2_f > 0;
     if (!is_flag(p->supply_sinks)) {
         return "supply_sinks is 0 or 1";
+    }
+    if (!is_flag(p->in_en)) {
+        return "in_en is 0 or 1";
     }
     if ((p->supply_r2_ohm > 0) != (p->supply_c2_f > 0)) {
         return "supply_r2_ohm and supply_c2_f go together";

@@ -32,6 +32,7 @@ struct inverter_params {
     double diode_ohm;
     double coss_c;      /* output charge of one switch at vbus_v */
     double switching_s; /* a switch's two hard edges take so long at full voltage and full current, together */
+    double in_en; /* 1: drivers with an input and an enable for each leg; turn_on_delay_s has their dead time besides */
     double turn_on_delay_s;
     double turn_off_delay_s;
     double oc_trip_a; /* of the comparators, on each leg and in the bus */

@@ -24,7 +24,7 @@ void plant_init(struct plant *p, const struct plant_params *params)
     thermometer_init(&p->thermometer, &params->motor, p->motor.winding_c);
     p->inverter.on_step = sampling_follow;
     p->inverter.on_step_context = p;
-    fabric_model_init(&p->model, sim_from_s(params->sensors.adc_conversion_s));
+    fabric_model_init(&p->model, sim_from_s(params->sensors.adc_conversion_s), params->inverter.in_en != 0);
     p->fabric = params->fabric ? params->fabric : &p->model.fabric;
     plant_reset_fabric(p);
 }

@@ -184,14 +184,14 @@ void pwm_plan(struct pwm *p)
 static void step_leg(const struct pwm *p, struct pwm_leg *leg, bool wished)
 {
     if (!legs_enabled(p)) {
-        *leg = (struct pwm_leg){wished, false, p->dead};
+        *leg = (struct pwm_leg){wished, false, p->dead, false};
     } else if (leg->left > 1) {
         leg->left--;
     } else if (!leg->on) {
-        leg->on = true;
+        leg->on = leg->active = true;
         leg->left = p->min_pulse;
     } else if (wished != leg->side) {
-        *leg = (struct pwm_leg){wished, false, p->dead};
+        *leg = (struct pwm_leg){wished, false, p->dead, true};
     }
 }
 
@@ -230,9 +230,11 @@ static void step_carrier(struct pwm *p, bool to_valley, bool to_peak)
 
 static void drive(struct pwm *p)
 {
-    p->outputs = 0;
+    p->outputs = p->led = 0;
     for (int k = 0; k < 3 && legs_enabled(p); k++) {
-        p->outputs |= p->leg[k].on ? (p->leg[k].side ? 1u : 2u) << (2 * k) : 0u;
+        unsigned side = (p->leg[k].side ? 1u : 2u) << (2 * k);
+        p->outputs |= p->leg[k].on ? side : 0u;
+        p->led |= p->leg[k].active ? side : 0u;
     }
 }
 
@@ -270,7 +272,7 @@ static void glide(struct pwm *p, int64_t clocks)
         } else {
             uint32_t before = p->rising ? p->count + way - 1 : p->count - way + 1;
             bool wished = wish_for(p->compare[k].active, before, p->rising);
-            *leg = (struct pwm_leg){wished && p->running && !(p->control & BRAKE), false, p->dead};
+            *leg = (struct pwm_leg){wished && p->running && !(p->control & BRAKE), false, p->dead, false};
         }
     }
     p->count = p->rising ? p->count + way : p->count - way;

@@ -15,6 +15,7 @@ struct pwm_leg {
     bool side; /* high */
     bool on;
     uint32_t left; /* clocks, this one included, until something may change */
+    bool active;   /* it has turned on since it was enabled */
 };
 
 struct pwm_compare {
@@ -32,6 +33,7 @@ struct pwm {
     uint32_t count;
     bool live;          /* from GATE */
     unsigned outputs;   /* bit 2k the high side of phase k, bit 2k+1 its low side */
+    unsigned led;       /* the same of drivers that have an input and an enable for each leg, but for their dead time */
     bool at_valley;     /* the last step has ended a period */
     int64_t clock;      /* of this state, since time 0 */
     int64_t rested_at;  /* when the carrier came to rest */

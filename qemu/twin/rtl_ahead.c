@@ -29,7 +29,7 @@ static void fill_promise(struct fabric_rtl *r)
                       .rested_at = r->clock - 1};
     for (int k = 0; k < 3; k++) {
         p->compare[k] = (struct pwm_compare){look.newest[k], look.compare[k], look.waiting[k], false};
-        p->leg[k] = (struct pwm_leg){look.side[k], look.on[k], look.left[k]};
+        p->leg[k] = (struct pwm_leg){look.side[k], look.on[k], look.left[k], look.on[k]};
     }
     pwm_plan(p);
     r->promised = true;

@@ -94,6 +94,6 @@ void modulate(rtl_axis *axis, rtl_bits *bits, void *context)
 
 const rtl_axis_calls *rtl_axis_open(void)
 {
-    static const rtl_axis_calls calls = {RTL_AXIS_VERSION, create, settle, run, rtl_look, modulate};
+    static const rtl_axis_calls calls = {RTL_AXIS_VERSION, IN_EN, create, settle, run, rtl_look, modulate};
     return &calls;
 }

@@ -57,6 +57,7 @@ struct rtl_axis;
 
 struct rtl_axis_calls {
     unsigned version;
+    bool in_en; /* pin_high are the legs' inputs, pin_low their enables */
     struct rtl_axis *(*create)(void);
     /* What the outputs are with these inputs, in the present clock. */
     void (*settle)(struct rtl_axis *axis, const struct rtl_inputs *in, struct rtl_outputs *out);

@@ -18,11 +18,16 @@ void rtl_attach(struct fabric_rtl *r)
     r->calls->modulate(r->axis, next_bits, r);
 }
 
-static unsigned gates_of(const struct rtl_outputs *out)
+/* Of a driver with an input and an enable: what it turns on behind its dead time. */
+static unsigned gates_of(const struct fabric_rtl *r)
 {
-    unsigned gates = 0;
+    unsigned high = r->out.pin_high, low = r->out.pin_low, gates = 0;
+    if (r->calls->in_en) {
+        high &= low;
+        low &= ~high;
+    }
     for (int k = 0; k < 3; k++) {
-        gates |= ((out->pin_high >> k) & 1u) << (2 * k) | ((out->pin_low >> k) & 1u) << (2 * k + 1);
+        gates |= ((high >> k) & 1u) << (2 * k) | ((low >> k) & 1u) << (2 * k + 1);
     }
     return gates;
 }
@@ -53,8 +58,8 @@ void rtl_look(struct fabric_rtl *r)
     const struct rtl_change *last = r->count ? &r->event[(r->first + r->count - 1) % RTL_EVENTS_ROOM] : NULL;
     struct rtl_change before =
         last ? *last : (struct rtl_change){0, f->gates, f->live, f->chops, f->interrupt, false, false};
-    struct rtl_change now = {r->clock,   gates_of(&r->out), r->out.live,  r->out.pin_chopper,
-                             r->out.irq, r->out.trigger,    r->out.sample};
+    struct rtl_change now = {r->clock,   gates_of(r),    r->out.live,  r->out.pin_chopper,
+                             r->out.irq, r->out.trigger, r->out.sample};
     r->finish = now.converted ? INT64_MAX : r->finish;
     if (r->out.trip != r->tripped || r->out.sto != r->sto) {
         r->tripped = r->out.trip;

@@ -38,29 +38,34 @@ fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py
 
 # the RTL that `make run FABRIC=rtl` puts into the twin; lean: no coverage, no tracing
-AXIS = $(BUILD)/fabric/axis
 AXIS_SOURCES = $(addprefix qemu/twin/,rtl_axis.cpp rtl_glide.cpp rtl_filters.cpp rtl_look.cpp)
 AXIS_HEADERS = $(addprefix qemu/twin/,rtl_axis.h rtl_names.h rtl_axis.vlt)
 
-$(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXIS_HEADERS) tests/fabric/fabric.mk
+# and for drivers with an input and an enable for each leg
+$(BUILD)/fabric/axis.so: IN_EN = 0
+$(BUILD)/fabric/axis_in_en.so: IN_EN = 1
+AXIS = $(BUILD)/fabric/$*
+AXIS_NEEDS = $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXIS_HEADERS) tests/fabric/fabric.mk
+
+$(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so: $(BUILD)/fabric/%.so: $(AXIS_NEEDS)
 	@mkdir -p $(AXIS)
 	$(call say,VERILATE)
-	$(Q)$(VERILATE) qemu/twin/rtl_axis.vlt --Mdir $(AXIS) > /dev/null
+	$(Q)$(VERILATE) -GIN_EN=$(IN_EN) qemu/twin/rtl_axis.vlt --Mdir $(AXIS) > /dev/null
 	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
 	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
-	$(Q)$(HOSTCXX) -std=c++17 -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) -isystem $(VERILATED_INCLUDE) \
-	    -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o \
-	    $(AXIS)/verilated_threads.o -o $@ -lpthread
+	$(Q)$(HOSTCXX) -std=c++17 -DIN_EN=$(IN_EN) -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) \
+	    -isystem $(VERILATED_INCLUDE) -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS)/Vfabric_axis__ALL.a \
+	    $(AXIS)/verilated.o $(AXIS)/verilated_threads.o -o $@ -lpthread
 
-axis: $(BUILD)/fabric/axis.so
+axis: $(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so
 
 LOCKSTEP = $(BUILD)/fabric/lockstep
 LOCKSTEP_MODELS = pwm adc encoder gate sto chopper watch fabric_model
 LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
 
-# of axis 0, and of one that follows it; filters and patience of safe torque off as short as a run
+# of axis 0, and of one that follows it and drives inputs and enables; filters and patience of safe torque off as short as a run
 LOCKSTEP_STO = -GSTO_TEST=60 -GSTO_APART=300
-$(LOCKSTEP)/rtl1.a: RTL_AXIS = -GAXIS=1 -GAXES=2
+$(LOCKSTEP)/rtl1.a: RTL_AXIS = -GAXIS=1 -GAXES=2 -GIN_EN=1
 $(LOCKSTEP)/rtl.a $(LOCKSTEP)/rtl1.a: $(LOCKSTEP)/%.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
 	@mkdir -p $(@D)
 	$(call say,VERILATE)

@@ -24,7 +24,7 @@ def load(path=PROOFS):
     """{top: {depth, files, says}}"""
     proofs = tomllib.loads(path.read_text(encoding="utf-8"))
     for top, proof in proofs.items():
-        proof["files"] = [top, *proof.get("files", [])]
+        proof["files"] = [proof.get("top", top), *proof.get("files", [])]
     return proofs
 
 
@@ -69,6 +69,7 @@ def prove_by_sat(top, proof, rtl, clocks):
 
 def prove(top, proof, rtl=RTL, further=2, steps=tuple(STEPS)):
     """Raises Unproved unless every property of the module holds for all inputs, for ever; `further` lengthens the base case."""
+    top = proof["files"][0]
     if proof.get("engine") == "sat":
         prove_by_sat(top, proof, rtl, proof["depth"] + further)
         return

@@ -16,16 +16,20 @@ RUNNING = {"i_a_A": 0.15, "i_b_A": 0.15, "i_c_A": 0.15, "vbus_V": 0.01, "speed_r
            "torque_Nm": 0.01, "winding_C": 0.02}
 
 
-def play(folder, fabric, end_s=END_S, sensors=""):
+# drivers with an input and an enable for each leg, which make the firmware's dead time of 1 us themselves
+IN_EN = {"inverter": {"bridge": {"in_en": 1, "turn_on_delay_s": 1.12e-6, "turn_off_delay_s": 0.12e-6}}}
+
+
+def play(folder, fabric, end_s=END_S, sensors="", overrides=None, spread=1):
     steps = [step for step in STEPS if step["t_s"] < end_s]
     plan = {"key": "loop", "end_s": end_s, "preamble_s": 0.05, "step": steps}
-    return simulate(plan, out_dir=folder, fabric=fabric, sensors=sensors)
+    return simulate(plan, out_dir=folder, fabric=fabric, sensors=sensors, overrides=overrides, spread=spread)
 
 
-@pytest.fixture(scope="module")
-def both(tmp_path_factory):
+@pytest.fixture(scope="module", params=[None, IN_EN], ids=["gates", "in_en"])
+def both(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("loop")
-    return play(folder / "model", "model"), play(folder / "rtl", "rtl")
+    return play(folder / "model", "model", overrides=request.param), play(folder / "rtl", "rtl", overrides=request.param)
 
 
 def test_the_console_says_the_same(both):
@@ -41,6 +45,16 @@ def test_the_trace_is_the_models_within_bounds(both):
     for rows, bounds in ((running, RUNNING), (~running, STARTING)):
         for column, bound in bounds.items():
             assert np.max(np.abs(model.trace[column] - rtl.trace[column])[rows]) <= bound, column
+
+
+def test_a_driver_s_own_dead_time_is_as_good_as_the_fabric_s(tmp_path):
+    """The same switches at the same instants, but for the first after each start; the phases' voltages are no others."""
+    bare = {"inverter": {"bridge": {**IN_EN["inverter"]["bridge"], "in_en": 0, "turn_on_delay_s": 0.12e-6}}}
+    gates, in_en = (play(tmp_path / str(n), "model", overrides=of, spread=0) for n, of in enumerate((bare, IN_EN)))
+    running = gates.trace["t_s"] > SPEED_S
+    for column, bound in RUNNING.items():
+        assert np.max(np.abs(gates.trace[column] - in_en.trace[column])[running]) <= bound, column
+    assert np.ptp(in_en.trace["i_a_A"]) > 5
 
 
 def test_it_moves(both):
@@ -72,6 +86,6 @@ def test_another_word_is_refused(tmp_path):
 
 def test_without_the_library(tmp_path, monkeypatch):
     from launcher import qemu
-    monkeypatch.setitem(qemu.FABRICS, "rtl", "fabric/none.so")
+    monkeypatch.setitem(qemu.FABRICS, "rtl", ["fabric/none.so"])
     with pytest.raises(LauncherError, match=r"none.so is missing: run make axis first"):
         play(tmp_path, "rtl")

@@ -57,6 +57,7 @@ def test_a_board_that_samples_nothing_ties_sto():
     ("axes = 1\ncolour = 1", "`colour` means nothing here"),
     ("", "`axes` is missing"),
     ("axes = ", "Invalid value"),
+    ('axes = 1\nlegs = "three"', "legs = three; gates, in_en"),
 ])
 def test_a_file_that_cannot_be_read_is_refused(tmp_path, text, said):
     source = (boards.BOARDS / "creative.toml").read_text(encoding="utf-8")

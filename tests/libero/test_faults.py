@@ -68,7 +68,7 @@ def test_two_axes(tmp_path):
     board["unused"]["nets"].remove("A0_RUNNING_LED")
     files = project.project(board, BUILD)
     assert found(tmp_path, files, board) == []
-    assert ".irq(irq[1:0])" in files["hdl/fabric_board.v"] and "#(.AXES(2))" in files["hdl/fabric_board.v"]
+    assert ".irq(irq[1:0])" in files["hdl/fabric_board.v"] and "#(.AXES(2), .IN_EN(3))" in files["hdl/fabric_board.v"]
 
 
 @pytest.mark.parametrize("name, path, value, said", FAULTS["generator"], ids=NAMES["generator"])
@@ -99,6 +99,18 @@ def test_a_board_that_samples_nothing_cannot_turn_a_gate_on(tmp_path):
     files = written(board)
     files["hdl/fabric_board.v"] = files["hdl/fabric_board.v"].replace(".pin_sto_b_n(1'b0)", ".pin_sto_b_n(1'b1)")
     assert "a board that samples nothing must hold both STO inputs at 0" in found(tmp_path, files, board)
+
+
+@pytest.mark.parametrize("name, old, new, said", [
+    ("creative", "#(.AXES(1))", "#(.AXES(1), .IN_EN(1))", "the fabric is told IN_EN 1, and the board's legs are gates"),
+    ("sk1", ", .IN_EN(1)", "", "the fabric is told IN_EN 0, and the board's legs are in_en")])
+def test_legs_of_another_kind_are_found(tmp_path, name, old, new, said):
+    """Enables at gates would turn on both sides of a leg."""
+    board = boards.load(name)
+    files = written(board)
+    assert found(tmp_path / "right", files, board) == [] and old in files["hdl/fabric_board.v"]
+    files["hdl/fabric_board.v"] = files["hdl/fabric_board.v"].replace(old, new)
+    assert found(tmp_path / "wrong", files, board) == [said]
 
 
 def test_the_project_refuses_a_second_run_and_another_folder(tmp_path):

@@ -169,5 +169,8 @@ def inside_findings(modules, board):
                 yield f"fabric's {name}[{n}] does not lead to its own pin"
             elif said and port["direction"] == "input" and bit != str(said[0]):
                 yield f"fabric's {name}[{n}] is not tied to {said[0]}"
+    told = int(modules[cell["type"]]["parameter_default_values"]["IN_EN"], 2)
+    if told != (2 ** board["axes"] - 1 if board["legs"] == "in_en" else 0):
+        yield f"the fabric is told IN_EN {told}, and the board's legs are {board['legs']}"
     if "bring_up_only" in board and {cell["connections"][name][0] for name in ("pin_sto_a_n", "pin_sto_b_n")} != {"0"}:
         yield "a board that samples nothing must hold both STO inputs at 0"

@@ -192,7 +192,8 @@ class Plant:
     of the RTL, in place of its models."""
     def __init__(self, on=(2500, 2500, 2500), motor=None, load=None, inverter=None, sensors=None, seed=1, rtl=None):
         sensors = c.sensor_params(**{**SENSORS, **(sensors or {})})
-        fabric = c.fabric_rtl_open(str(rtl).encode(), sensors, seed) if rtl else None
+        in_en = (inverter or {}).get("in_en", 0) != 0
+        fabric = c.fabric_rtl_open(str(rtl).encode(), sensors, in_en, seed) if rtl else None
         self.params = c.plant_params(
             motor=c.motor_params(**{**MOTOR, **(motor or {})}), load=c.load_params(**(load or {})),
             inverter=c.inverter_params(**{**INVERTER, **(inverter or {})}), sensors=sensors, seed=1, fabric=fabric)

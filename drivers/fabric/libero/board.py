@@ -9,10 +9,11 @@ from .wrong import Wrong
 
 BOARDS = Path(__file__).resolve().parent / "boards"
 NEEDED = ("title", "die", "package", "speed", "axes", "nets", "wired", "tied", "open", "console", "unused")
-KNOWN = NEEDED + ("io_standard", "bank_volts", "bring_up_only", "can", "clock", "modbus", "sampling", "to_check")
+KNOWN = NEEDED + ("legs", "io_standard", "bank_volts", "bring_up_only", "can", "clock", "modbus", "sampling", "to_check")
 CLOCK = "CLK0_PAD"  # the top's port of an oscillator on the board, at a dedicated pad of the CCC
 CAN = (("CAN_TX", "tx", "output"), ("CAN_RX", "rx", "input"), ("CAN_TX_EN_N", "enable", "output"))
 MOST_AXES = 4  # of 1 KB, in the 4 KB of CoreAPB3's slot
+LEGS = ("gates", "in_en")  # what pin_high and pin_low lead to: six gates, or an input and an enable for each leg
 BIT = re.compile(r"(\w+)\[(\d+)\]\Z")
 
 
@@ -41,6 +42,8 @@ def load(name, folder=BOARDS):
         raise Wrong(f"{name}: `{key}` means nothing here; known are {', '.join(KNOWN)}")
     if board["axes"] not in range(1, MOST_AXES + 1):
         raise Wrong(f"{name}: {board['axes']} axes; the bus has room for 1 to {MOST_AXES}")
+    if board.setdefault("legs", LEGS[0]) not in LEGS:
+        raise Wrong(f"{name}: legs = {board['legs']}; {', '.join(LEGS)}")
     return board | {"name": name}
 
 

@@ -39,6 +39,11 @@ def spare_wires(fabric, use):
             yield f"    wire {', '.join(f'open_{port.name}_{bit}' for bit in open_bits)};"
 
 
+def in_en(board):
+    """Of all axes, if the board's drivers have an input and an enable for each leg."""
+    return f", .IN_EN({2 ** board['axes'] - 1})" if board["legs"] == "in_en" else ""
+
+
 def idle(fabric, system):
     widths = system["fabric"]["ports"]
     for port in fabric.ports:
@@ -58,6 +63,6 @@ def verilog(board, system, fabric, use):
     lines = ["// SPDX-License-Identifier: MIT",
              f"// The fabric on {board['title']}; written by `make libero BOARD={board['name']}`.",
              "`default_nettype none", "module fabric_board (", ",\n".join(ports), ");", *spare_wires(fabric, use),
-             f"    fabric #(.AXES({board['axes']})) axes (", ",\n".join(inner) + ");", *idle(fabric, system), "endmodule",
-             "`default_nettype wire"]
+             f"    fabric #(.AXES({board['axes']}){in_en(board)}) axes (", ",\n".join(inner) + ");", *idle(fabric, system),
+             "endmodule", "`default_nettype wire"]
     return "\n".join(lines) + "\n"

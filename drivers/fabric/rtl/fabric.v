@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The whole fabric: AXES axes (1...15) on one APB3 port of FIC_0, axis k at its base + 0x400 k. The pins of axis k are
-// element k, or the k-th group, of their vectors. Axis 0 leads the carriers: the others can start at its valley.
-module fabric #(parameter AXES = 1) (
+// element k, or the k-th group, of their vectors. Axis 0 leads the carriers: the others can start at its valley. IN_EN,
+// a bit for each axis: see fabric_axis.v.
+module fabric #(parameter AXES = 1, parameter IN_EN = 0) (
     input  wire                clk,         // PCLK, 100 MHz
     input  wire                rst_n,       // low while the MSS is in reset; released with clk
     input  wire                psel,
@@ -43,7 +44,7 @@ module fabric #(parameter AXES = 1) (
     generate
         for (k = 0; k < AXES; k = k + 1) begin : axis
             localparam [17:0] HERE = k;
-            fabric_axis #(.AXIS(k), .AXES(AXES)) one (
+            fabric_axis #(.AXIS(k), .AXES(AXES), .IN_EN((IN_EN >> k) & 1)) one (
                 .clk(clk), .rst_n(rst_n), .psel(psel && paddr[27:10] == HERE), .penable(penable), .pwrite(pwrite),
                 .paddr(paddr[9:0]), .pwdata(pwdata), .prdata(axis_prdata[32*k +: 32]), .pready(axis_pready[k]),
                 .pslverr(axis_pslverr[k]), .irq(irq[k]), .sync_in(valleys[0]), .sync_out(valleys[k]),

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // One axis: the bus side, the four blocks, and the wires between them.
 `include "mssfoc_regs.vh"
+// IN_EN: the drivers have an input and an enable for each leg, and make the dead time: pin_high leads to the inputs, pin_low to
+// the enables. A choice of the design and no register: at six gates it would turn on both sides.
 // STO_TEST: the longest test pulse of a safe-torque-off input in clocks; STO_APART: for how long one input may ask alone.
-module fabric_axis #(parameter AXIS = 0, parameter AXES = 1, parameter STO_TEST = 100_000, parameter STO_APART = 50_000_000) (
+module fabric_axis #(parameter AXIS = 0, parameter AXES = 1, parameter IN_EN = 0, parameter STO_TEST = 100_000,
+                     parameter STO_APART = 50_000_000) (
     input  wire        clk,
     input  wire        rst_n,
     // APB3, selected for this axis' window
@@ -19,8 +22,8 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1, parameter STO_TEST 
     input  wire        sync_in,
     output wire        sync_out,
     // the power stage
-    output wire [2:0]  pin_high,          // C, B, A
-    output wire [2:0]  pin_low,
+    output wire [2:0]  pin_high,          // C, B, A; or the legs' inputs
+    output wire [2:0]  pin_low,           // or their enables
     output wire        pin_chopper,
     output wire        pin_watch_reset_n, // 0: the program hangs
     input  wire        pin_overcurrent,
@@ -55,16 +58,19 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1, parameter STO_TEST 
                    .rdata(rdata));
 
     wire        live, trigger, overrun_event, overrun, limit, sample, trip, faulty;
-    wire [2:0]  high, low;
+    wire [2:0]  high, low, active, side, gate_high, gate_low, gate_enable;
     wire [14:0] vbus;
     localparam  CAN_FOLLOW = AXIS != 0;
 
     pwm carrier_and_legs (.clk(clk), .rst_n(rst_n), .sel(sel[0]), .write(write[0]), .addr(addr), .wdata(wdata),
                           .rdata(rdata[31:0]), .live(live), .sync_in(sync_in), .can_follow(CAN_FOLLOW), .sync_out(sync_out),
-                          .trigger(trigger), .high(high), .low(low));
+                          .trigger(trigger), .high(high), .low(low), .active(active), .side(side));
+
+    assign pin_high = IN_EN != 0 ? side : gate_high;
+    assign pin_low  = IN_EN != 0 ? gate_enable : gate_low;
 
     adc sampler (.clk(clk), .rst_n(rst_n), .sel(sel[1]), .write(write[1]), .addr(addr), .wdata(wdata), .rdata(rdata[63:32]),
-                 .trigger(trigger), .low(pin_low), .irq(irq), .overrun_event(overrun_event), .overrun(overrun), .limit(limit),
+                 .trigger(trigger), .low(gate_low), .irq(irq), .overrun_event(overrun_event), .overrun(overrun), .limit(limit),
                  .sample(sample), .vbus(vbus), .trip(trip), .pin_cs_n(pin_cs_n), .pin_sclk(pin_sclk), .pin_sdata(pin_sdata),
                  .pin_temp_cs_n(pin_temp_cs_n), .pin_temp_sclk(pin_temp_sclk), .pin_temp_sdata(pin_temp_sdata),
                  .pin_mod_clock(pin_mod_clock), .pin_mod_data(pin_mod_data));
@@ -82,13 +88,13 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1, parameter STO_TEST 
     wire commit = write[0] && addr == `PWM_COMPARE_C;
 
     // the modulators' fast path is one more comparator of the power stage
-    gate #(.AXIS(AXIS), .AXES(AXES)) bridge (
+    gate #(.AXIS(AXIS), .AXES(AXES), .IN_EN(IN_EN)) bridge (
         .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]),
-        .high(high), .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty),
-        .valley(sync_out), .commit(commit), .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
-        .pin_driver_fault(pin_driver_fault), .pin_clock_ok(pin_clock_ok), .sto(sto),
-        .live(live), .pin_high(pin_high), .pin_low(pin_low), .pin_chopper(pin_chopper),
-        .pin_watch_reset_n(pin_watch_reset_n));
+        .high(high), .low(low), .active(active), .overrun_event(overrun_event), .overrun(overrun),
+        .limit(limit), .encoder_faulty(faulty), .valley(sync_out), .commit(commit), .sample(sample), .vbus(vbus),
+        .pin_overcurrent(pin_overcurrent || trip), .pin_driver_fault(pin_driver_fault), .pin_clock_ok(pin_clock_ok),
+        .sto(sto), .live(live), .pin_high(gate_high), .pin_low(gate_low), .pin_enable(gate_enable),
+        .pin_chopper(pin_chopper), .pin_watch_reset_n(pin_watch_reset_n));
 
 `ifdef FORMAL
 `include "formal/fabric_axis.vh"

@@ -5,7 +5,7 @@
 // latch: its logic changes with every clock, and would show at the gates. So do a program that hangs (watch.v) and safe torque
 // off (sto.v), which has its own flip-flops.
 `include "mssfoc_regs.vh"
-module gate #(parameter AXIS = 0, parameter AXES = 1) (
+module gate #(parameter AXIS = 0, parameter AXES = 1, parameter IN_EN = 0) (
     input  wire        clk,
     input  wire        rst_n,
     // register port: rdata is 0 unless selected, so that slots can be ORed; `write` is for this slot
@@ -17,6 +17,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     // from the other blocks
     input  wire [2:0]  high,              // what PWM wishes: C, B, A
     input  wire [2:0]  low,
+    input  wire [2:0]  active,            // and enables of drivers that have an input and an enable for each leg
     input  wire        overrun_event,     // an ADC overrun happens in this clock
     input  wire        overrun,           // ADC.STATUS has OVERRUN
     input  wire        limit,             // ADC.STATUS has a flag of its limits
@@ -34,6 +35,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     output wire        live,              // to PWM
     output wire [2:0]  pin_high,
     output wire [2:0]  pin_low,
+    output wire [2:0]  pin_enable,
     output wire        pin_chopper,
     output reg         pin_watch_reset_n  // for a design that lets a program that hangs be reset
 );
@@ -68,9 +70,10 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     wire cut       = settled || |asked;
     wire follows   = enable && !cut && rst_n;
 
-    assign pin_high = high & {3{follows}};
-    assign pin_low  = low & {3{follows}};
-    assign live     = enable;
+    assign pin_high   = high & {3{follows}};
+    assign pin_low    = low & {3{follows}};
+    assign pin_enable = active & {3{follows}};
+    assign live       = enable;
 
     // a latch clears only by a 1 written while its input is quiet
     wire [2:0] clear_pins = {wdata[`GATE_STATUS_CLOCK_LOST], wdata[`GATE_STATUS_DRIVER_FAULT],
@@ -129,6 +132,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     assign pin_chopper = chopping && chopper_enable && pin_clock_ok && rst_n;
 
     localparam [3:0] INDEX = AXIS[3:0], COUNT = AXES[3:0];
+    localparam       ENABLES = IN_EN != 0;
     reg [31:0] value;
     always @*
         case (addr)
@@ -140,7 +144,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
         `GATE_CHOPPER:     value = {30'd0, pin_chopper, chopper_enable};
         `GATE_CHOPPER_ON:  value = {17'd0, chopper_on};
         `GATE_CHOPPER_OFF: value = {17'd0, chopper_off};
-        `GATE_AXES:        value = {24'd0, COUNT, INDEX};
+        `GATE_AXES:        value = {23'd0, ENABLES, COUNT, INDEX};
         `GATE_WATCH_TIME:  value = {started, 11'd0, clocks};
         `GATE_WATCH:       value = {23'd0, thread, number};
         default:           value = 32'd0;

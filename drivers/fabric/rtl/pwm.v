@@ -16,7 +16,9 @@ module pwm (
     output wire        sync_out,
     output wire        trigger,   // to ADC and ENC, one clock wide
     output wire [2:0]  high,      // C, B, A
-    output wire [2:0]  low
+    output wire [2:0]  low,
+    output wire [2:0]  active,    // enables and inputs of drivers that have these for each leg
+    output wire [2:0]  side
 );
     reg        run, brake, follow;
     reg [15:0] period;
@@ -84,7 +86,8 @@ module pwm (
                                  .once(once), .newest(newest[16*k +: 16]), .commit(commit), .withdraw(withdraw),
                                  .wish(wish[k]), .waiting(waiting[k]), .fell_back(fell_back[k]));
             pwm_leg half_bridge (.clk(clk), .rst_n(rst_n), .enable(live && (running || brake)), .ends(ends),
-                                 .wish(wish_leg[k]), .dead(dead), .shortest(min_pulse), .high(high[k]), .low(low[k]));
+                                 .wish(wish_leg[k]), .dead(dead), .shortest(min_pulse), .high(high[k]), .low(low[k]),
+                                 .active(active[k]), .side(side[k]));
         end
     endgenerate
 

@@ -9,7 +9,7 @@ enum { RUN = 1, ANY_CONVERSION = 1000 };
 
 leader::leader(uint32_t period) : longest(period + 3)
 {
-    fabric_model_init(&axis, ANY_CONVERSION);
+    fabric_model_init(&axis, ANY_CONVERSION, false);
     axis.fabric.ops->reset(&axis.fabric, 0);
     write(PERIOD, period, 0);
     shown = axis;

@@ -25,8 +25,9 @@ extern "C" {
 #include "traffic.h"
 
 #ifndef AXIS
-#define AXIS 0 /* of the RTL; another than 0 follows the carrier of axis 0 */
+#define AXIS 0 /* of the RTL; another than 0 follows the carrier of axis 0, and drives inputs and enables */
 #endif
+#define IN_EN (AXIS != 0)
 #ifndef STO_TEST
 #error as the RTL has them: STO_TEST, STO_APART
 #endif
@@ -67,7 +68,7 @@ class run
         wind.gap = random.one_in(3) ? 4 : 60;
         sto_changes[0] = sto_changes[1] = random.one_in(3) ? 1 + random.below(4000) : -1; /* in a third of the runs */
         temperature = random.one_in(2) ? 1280 : 1312; /* codes at the start of a chord: TEMP 800 and 951 */
-        fabric_model_init(&model, CONVERSION * CLOCK_PS);
+        fabric_model_init(&model, CONVERSION * CLOCK_PS, IN_EN);
         model.sto.longest = STO_TEST;
         model.sto.patience = STO_APART;
         if (AXIS != 0) {
@@ -288,11 +289,13 @@ bool run::differs(const char *what, uint32_t rtl, uint32_t model_says) const
     return true;
 }
 
+/* Of a driver with an input and an enable: which side it turns on; the input of one that is off says nothing. */
 unsigned gates_of(const Vfabric_axis &top)
 {
-    unsigned gates = 0;
+    unsigned gates = 0, high = IN_EN ? top.pin_high & top.pin_low : top.pin_high;
+    unsigned low = IN_EN ? top.pin_low & ~high : top.pin_low;
     for (int k = 0; k < 3; k++) {
-        gates |= ((top.pin_high >> k) & 1u) << (2 * k) | ((top.pin_low >> k) & 1u) << (2 * k + 1);
+        gates |= ((high >> k) & 1u) << (2 * k) | ((low >> k) & 1u) << (2 * k + 1);
     }
     return gates;
 }

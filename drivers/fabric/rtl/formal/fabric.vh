@@ -11,7 +11,7 @@ wire [31:0] f_pins = {11'd0, f_free[13], pin_overcurrent[f_n], pin_driver_fault[
                       pin_sdata[4*f_n +: 4], pin_temp_sdata[f_n], pin_mod_data[3*f_n +: 3], pin_a[f_n], pin_b[f_n],
                       pin_index[f_n], pin_lost[f_n], pin_hall[3*f_n +: 3]};
 localparam [3:0] F_AXES = AXES;
-wire [31:0] f_call = {f_n, F_AXES, 12'd1, penable, pwrite, paddr[9:0]};
+wire [31:0] f_call = {f_n, F_AXES, 11'd1, f_n < AXES && IN_EN[f_n], penable, pwrite, paddr[9:0]};
 reg  [31:0] f_answer;
 always @(posedge clk)
     f_answer <= !rst_n || !psel || paddr[27:10] >= AXES ? 32'd0

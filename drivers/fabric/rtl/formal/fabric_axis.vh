@@ -6,7 +6,7 @@ reg f_ran = 1'b0;
 always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
 
-wire f_any = |pin_high || |pin_low;
+wire f_any = |gate_high || |gate_low || |gate_enable;
 reg  f_lost;        // a sample was lost while live, a clock ago
 always @(posedge clk) f_lost <= rst_n && overrun_event && live;
 reg  f_sto;         // safe torque off, with filters of no length (formal/sto.v), a clock ago
@@ -19,10 +19,16 @@ always @* if (f_ran) begin
     if (trip || f_lost || f_sto) assert (!f_any);
     assert (commit == (f_slot_0 && psel && penable && pwrite && paddr[7:2] == `PWM_COMPARE_C));
     if (!live) assert (!f_any);
-    assert ((pin_high & pin_low) == 3'd0);
+    assert ((gate_high & gate_low) == 3'd0);
     assert ((high & low) == 3'd0);
+    // six gates; or an input and an enable for each leg, of which none is on unless it may be
+    if (IN_EN == 0) assert (pin_high == gate_high && pin_low == gate_low);
+    else assert (pin_high == side && pin_low == gate_enable && (pin_low & ~active) == 3'd0);
+    assert (((gate_high | gate_low) & ~gate_enable) == 3'd0);
+    assert ((gate_high & ~side) == 3'd0 && (gate_low & side) == 3'd0);
+    if (|gate_high || |gate_low) assert (gate_enable == active);
     // every pin is that of its own phase and side
-    assert ((pin_high & ~high) == 3'd0 && (pin_low & ~low) == 3'd0);
+    assert ((gate_high & ~high) == 3'd0 && (gate_low & ~low) == 3'd0);
     assert (CAN_FOLLOW == (AXIS != 0));
 end
 // a quiet line stops nothing: 1 ms and 500 ms are at their places
@@ -39,7 +45,8 @@ always @(posedge clk) begin
 end
 always @* if (f_ran && f_read) begin
     if (f_at == 10'h308) assert (prdata == `GATE_ID_RESET);
-    if (f_at == {2'd3, `GATE_AXES, 2'd0}) assert (prdata[3:0] == AXIS && prdata[7:4] == AXES && prdata[31:8] == 24'd0);
+    if (f_at == {2'd3, `GATE_AXES, 2'd0})
+        assert (prdata[3:0] == AXIS && prdata[7:4] == AXES && prdata[31:8] == {23'd0, IN_EN != 0});
     if (f_at == {2'd3, `GATE_STATUS, 2'd0}) begin
         assert (prdata[`GATE_STATUS_ENCODER] == f_faulty && prdata[`GATE_STATUS_OVERRUN] == f_overrun);
         assert (prdata[`GATE_STATUS_LIMIT] == f_limit);

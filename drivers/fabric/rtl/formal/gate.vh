@@ -4,7 +4,7 @@ reg f_ran = 1'b0;
 always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
 
-wire f_any  = |pin_high || |pin_low;
+wire f_any  = |pin_high || |pin_low || |pin_enable;
 wire f_stop = pin_overcurrent || pin_driver_fault || |sto_now || !pin_clock_ok;
 
 always @* if (f_ran) begin
@@ -19,9 +19,10 @@ always @* if (f_ran) begin
     if (!enable) assert (!f_any && !live);
     // never both sides of a leg, and nothing that the PWM does not wish
     assert ((pin_high & pin_low) == 3'd0);
-    assert ((pin_high & ~high) == 3'd0 && (pin_low & ~low) == 3'd0);
+    assert ((pin_high & ~high) == 3'd0 && (pin_low & ~low) == 3'd0 && (pin_enable & ~active) == 3'd0);
     // while all is quiet and on, exactly what it wishes
-    if (rst_n && enable && !f_stop && !settled && pins_1 == 3'd0) assert (pin_high == high && pin_low == low);
+    if (rst_n && enable && !f_stop && !settled && pins_1 == 3'd0)
+        assert (pin_high == high && pin_low == low && pin_enable == active);
     // what the processor reads: nothing is on while LIVE is 0, or while a latch shows
     if (sel && addr == `GATE_STATUS) begin
         if (!rdata[`GATE_STATUS_LIVE]) assert (!f_any);
@@ -137,7 +138,7 @@ always @* if (f_ran) begin
     assert ((rdata & ~(`GATE_READABLE_AT(addr))) == 32'd0);
     if (sel && addr == f_addr) assert ((rdata & f_mask) == f_value);
     if (sel && addr == `GATE_ID) assert (rdata == `GATE_ID_RESET);
-    if (sel && addr == `GATE_AXES) assert (rdata == {24'd0, COUNT, INDEX});
+    if (sel && addr == `GATE_AXES) assert (rdata == {23'd0, ENABLES, COUNT, INDEX});
     if (sel && addr == `GATE_CONTROL) assert (rdata == {31'd0, enable});
     if (sel && addr == `GATE_WATCH_TIME) assert (rdata == {started, 11'd0, clocks});
     if (sel && addr == `GATE_WATCH) assert (rdata == {23'd0, thread, number});

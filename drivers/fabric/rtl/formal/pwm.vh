@@ -31,7 +31,9 @@ always @* if (f_ran) assert (f_stored == f_value);
 always @* if (f_ran) begin
     // no leg has both sides on, and none is on while the bridge or the PWM is off
     assert ((high & low) == 3'd0);
-    if (!live || !(running || brake)) assert (high == 3'd0 && low == 3'd0);
+    if (!live || !(running || brake)) assert (high == 3'd0 && low == 3'd0 && active == 3'd0);
+    // what drivers with an input and an enable are told is what the gates do
+    assert (((high | low) & ~active) == 3'd0 && (high & ~side) == 3'd0 && (low & side) == 3'd0);
 end
 // what legs, carrier and compares take for granted
 always @(posedge clk) if (f_ran) begin

@@ -78,6 +78,39 @@ always @* if (f_ran && enable && f_was_enabled) begin
     if (high && f_for_high > {2'd0, f_shortest}) assert (f_was_wish);
     if (low && f_for_low > {2'd0, f_shortest}) assert (!f_was_wish);
 end
+// of a driver with an input and an enable: it is told to be off whenever the leg is, and from the first gate on only then; its
+// input is the gate that is on, changes when that turns off, and so stays for the dead time and the shortest pulse at least
+reg        f_was_active, f_was_side;
+reg        f_changed;           // the input has, since the enable rose
+reg [10:0] f_same_for;          // clocks for which the enabled driver has had this input, this one left out
+wire       f_changes = f_was_active && active && side != f_was_side;
+wire [10:0] f_same   = f_changes || !f_was_active ? 11'd0 : f_same_for;
+wire [10:0] f_least  = (f_changed ? {3'd0, f_dead} : 11'd0) + {3'd0, f_shortest};
+always @(posedge clk) begin
+    f_was_active <= active && rst_n && f_ran;
+    f_was_side   <= side;
+    f_same_for   <= &f_same ? f_same : f_same + 11'd1;
+    f_changed    <= active && f_was_active && (f_changed || f_changes);
+end
+always @* if (f_ran) begin
+    if (!enable) assert (!active);
+    if (f_was_ending) assert (!leg_active);
+    if (high) assert (active && side);
+    if (low) assert (active && !side);
+    if (active && f_was_enabled && f_was_active && side != f_was_side) assert ((f_was_high || f_was_low) && side == f_was_wish);
+    if (enable && f_was_enabled) begin
+        if (f_was_active) assert (active);
+        if (active && !f_was_active) assert (high || low);
+    end
+    // a pulse at its input is as long as the shortest, and the dead time before it
+    if (f_changes && enable && f_was_enabled) assert (f_same_for >= f_least);
+    if (enable && f_was_enabled && f_was_active && active) begin
+        if (on) assert (f_same >= (side ? {1'b0, f_for_high} : {1'b0, f_for_low}) + (f_changed ? {3'd0, f_dead} : 11'd0));
+        else assert (f_same + f_left >= {3'd0, f_dead} && (f_changed || f_changes));
+    end
+    if (enable && leg_active && !on) assert (f_from_high || f_from_low);
+    if (on) assert (leg_active);
+end
 // no high side that nobody has wished since the leg was off
 reg f_wished;
 always @(posedge clk) f_wished <= rst_n && (wish || (enable && f_wished));
