@@ -41,6 +41,7 @@ static void drive_gates(struct fabric_model *m, sim_ps at)
     pwm_set_live(&m->pwm, gate_live(&m->gate));
     unsigned gates = gate_follow(&m->gate, m->pwm.outputs);
     m->gates = m->pwm.outputs;
+    m->led = m->pwm.led;
     m->fabric.gates = m->gate.in_en && gate_live(&m->gate) ? m->pwm.led : gates;
     adc_see_gates(&m->adc, gates, at);
     show_wires(m);
@@ -102,7 +103,7 @@ static unsigned take_pwm_event(struct fabric_model *m, sim_ps at)
     if (m->pwm.at_valley) {
         gate_valley(&m->gate);
     }
-    if (triggers || m->pwm.outputs != m->gates || was_live != gate_live(&m->gate)) {
+    if (triggers || m->pwm.outputs != m->gates || m->pwm.led != m->led || was_live != gate_live(&m->gate)) {
         drive_gates(m, at);
     }
     if (triggers) {

@@ -15,8 +15,8 @@ struct fabric_model {
     struct encoder encoder;
     struct gate gate;
     struct sto sto;
-    unsigned gates;    /* what the PWM wishes, as it was shown last */
-    sim_ps conversion; /* from the trigger to its end */
+    unsigned gates, led; /* what the PWM wishes, and leads an IN/EN driver to, as shown last */
+    sim_ps conversion;   /* from the trigger to its end */
 };
 
 /* in_en: its drivers have an input and an enable for each leg. */
