@@ -21,8 +21,8 @@ LEAST = 100         # turn-offs in each part of the bench
 
 # (file, text, other text): no proof of clocks sees them
 FAULTS = (
-    ("pwm_leg", "assign high = enable && gate_high;\n    assign low  = enable && gate_low;",
-     "assign high = enable && on && side;\n    assign low  = enable && on && !side;"),
+    ("pwm_leg", "assign high   = enable && gate_high;\n    assign low    = enable && gate_low;",
+     "assign high   = enable && on && side;\n    assign low    = enable && on && !side;"),
     ("pwm_leg", "!enable || ends", "!enable"),
     ("gate", "|pins_2 || both || latched;", "|pins_2 || both || lost_now || latched;"),
 )
