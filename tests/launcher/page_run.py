@@ -119,13 +119,14 @@ def test_the_same_as_mdf_and_mcap(page, downloads):
 
 def test_a_load_and_a_fault_of_the_twins_making(page):
     page.arm("speed", "never", 0)
+    page.script("send({kind: 'disturb', line: 'sto B 1'})")  # both, or half a second later they differ
     page.type("#disturbance", "sto"), page.type("#arguments", "A 1")
     page.script("document.getElementById('disturb').requestSubmit()")
     page.wait(lambda: page.state().startswith("fault"))
     shown = page.until_captured()
     assert abs(shown["speed"][100] - 800) < 40 and "by a fault" in page.text("capture")
     text = page.text("fault")
-    assert faults()["STO_A"].hint in text, "the drive's own words"
+    assert faults()["STO_B"].hint in text, "the drive's own words"
     since = page.text("fault_since")
     assert re.fullmatch(r"\d\d:\d\d:\d\d", since) and page.text("word") == "FAULT"
     page.open()  # who comes later sees it all, too
@@ -138,6 +139,8 @@ def test_a_load_and_a_fault_of_the_twins_making(page):
     page.type("#disturbance", "sto"), page.type("#arguments", "A 0")
     page.script("document.getElementById('disturb').requestSubmit()")
     page.wait(lambda: "twin: sto A 0" in page.heard())
+    page.script("send({kind: 'disturb', line: 'sto B 0'})")
+    page.wait(lambda: "twin: sto B 0" in page.heard())
     page.click("[data-line=clear]")
     page.wait(lambda: page.state() == "switch on disabled")
     page.type("#disturbance", "sto"), page.type("#arguments", "everything")
