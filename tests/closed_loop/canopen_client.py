@@ -221,6 +221,7 @@ def case_home_then_csp(_, node):
         assert node.sdo["Statusword"].raw & 0x6F == 0x27 and max(seen) > 300 and min(seen) < -300, (min(seen), max(seen))
         node.state = "SWITCH ON DISABLED"
         until(lambda: node.state == "SWITCH ON DISABLED", "off")
+        until(lambda: abs(node.sdo["Velocity actual value"].raw) < 20000, "standstill")  # a turning rotor is refused
 
 
 def case_process_data(network, node):
