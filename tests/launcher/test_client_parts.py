@@ -259,3 +259,22 @@ def test_what_is_no_list_or_no_drive_is_refused_and_the_line_closed(tmp_path):
         BusDrive(Line(0x00020192, COUNT - 1), path)
     with pytest.raises(Refused, match=r"target_torque is a whole number, -32768...32767, not 40000"):
         BusDrive(Line(0x00020192), path)._write("target_torque", 40000)  # pylint: disable=protected-access
+
+
+class Turned(Line):
+    """A drive in operation, of so many milliampere rated; what is written stays."""
+
+    def __init__(self):
+        super().__init__(0x00020192)
+        self.values |= {"status_word": 0x1227, "rated_current": 4000, "owner": 0}
+
+    def write(self, entry, value):
+        self.values[entry.name] = value
+
+
+def test_torques_on_a_bus_are_thousandths_of_the_rated_current(tmp_path):
+    (tmp_path / "list.csv").write_text(register_list())
+    drive = BusDrive(Turned(), tmp_path / "list.csv")
+    for ampere, thousandths in ((4.0, 1000), (-1.0, -250), (0.01, 2)):
+        drive.torque(ampere)
+        assert drive._line.values["target_torque"] == thousandths  # pylint: disable=protected-access
