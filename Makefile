@@ -201,7 +201,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(Q)$(OBJCOPY) -O binary $< $@
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/system/current_loop_isr.o
-$(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/emf_pulse.o commission/identify_burst.o control/bridge.o)
+$(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/pulses.o control/bridge.o)
 $(patsubst %,$(BUILD)/tests/target/test_%.elf,dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis fault source monitor drive))))
 
 # Lib.h's assembly with other fractions, under names of its own

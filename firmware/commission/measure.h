@@ -2,7 +2,7 @@
 /*
  * What the measurements on a motor are made of: a voltage or a current that stands, a ramp, a push, a spin, sums over a run,
  * the axes of a winding. identify, alignment, `learn hall` and the wiring's check are scripts of these, and of waves
- * (identify_burst.h), a field that turns (field_pass.h) and a rotor that hangs on it (pendulum.h). Slow loop, bridge on.
+ * (pulses.h), a field that turns (field_pass.h) and a rotor that hangs on it (pendulum.h). Slow loop, bridge on.
  */
 #ifndef FIRMWARE_COMMISSION_MEASURE_H
 #define FIRMWARE_COMMISSION_MEASURE_H

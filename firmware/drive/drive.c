@@ -27,7 +27,7 @@ static void count_time(struct axis *a)
     cpu_irq_restore(mask);
 }
 
-/* While the other axis identifies, this one's step waits for its bursts (identify_burst.h): up to half a millisecond. */
+/* While the other axis identifies, this one's step waits for its bursts (pulses.h): up to half a millisecond. */
 static bool may_be_late(struct axis *a)
 {
     if (a->beside != NULL && a->beside->identify.running) {

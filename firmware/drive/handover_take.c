@@ -2,7 +2,7 @@
 /* The slow loop's part of a hand-over: makes all changes, right after a sample. */
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
-#include "firmware/commission/emf_pulse.h"
+#include "firmware/commission/pulses.h"
 #include "firmware/drive/handover.h"
 #include "firmware/drive/retune.h"
 #include "firmware/source/rotor.h"
