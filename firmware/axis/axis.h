@@ -10,8 +10,8 @@
 #include <stdint.h>
 
 #include "drivers/fabric/fabric.h"
-#include "firmware/commission/hall_learn.h"
 #include "firmware/commission/identify.h"
+#include "firmware/commission/learn.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/hall.h"
 #include "firmware/control/speed_loop.h"

@@ -19,7 +19,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/commission/field_pass.h"
 #include "firmware/commission/measure.h"
 #include "firmware/commission/pulses.h"
 #include "firmware/settings/error.h"

@@ -17,7 +17,6 @@
 #include <stdint.h>
 
 #include "firmware/commission/alignment.h"
-#include "firmware/commission/calibration.h"
 #include "firmware/commission/offset_check.h"
 #include "firmware/commission/wiring.h"
 #include "firmware/fault/fault.h"
