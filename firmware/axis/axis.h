@@ -26,7 +26,6 @@
 #include "firmware/drive/start.h"
 #include "firmware/drive/switching.h"
 #include "firmware/fault/fault.h"
-#include "firmware/monitor/hall_watch.h"
 #include "firmware/monitor/lock_watch.h"
 #include "firmware/monitor/supervision.h"
 #include "firmware/monitor/thermal.h"

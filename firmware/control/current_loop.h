@@ -366,4 +366,11 @@ void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f,
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
 
+/* Where the rotor was at an instant of the encoder's clock, and its speed since. */
+struct rotor_seed {
+    uint32_t angle_q32;
+    uint32_t clock;
+    int32_t speed_q32; /* a sample */
+};
+
 #endif

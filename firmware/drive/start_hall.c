@@ -3,7 +3,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/commission/pulses.h"
 #include "firmware/control/bridge.h"
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
 
 #define FILTER_STEPS \

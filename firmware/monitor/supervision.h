@@ -10,7 +10,6 @@
 #include "firmware/monitor/encoder_watch.h"
 #include "firmware/monitor/phase_watch.h"
 #include "firmware/monitor/speed_watch.h"
-#include "firmware/monitor/zero_watch.h"
 
 struct axis;
 

@@ -3,7 +3,7 @@
  * The sources of the rotor's angle: X(name, feature, start, properties), in the order of parameter angle_source.
  *
  *   feature     of settings/features.h, which a build may leave out
- *   start       how it starts: start_by_... of drive/start_parts.h
+ *   start       how it starts: start_by_... of drive/start.h
  *   properties  what it can. All others ask for these (source_has(), rotor.h), never for a source by its name
  */
 #ifndef FIRMWARE_SETTINGS_SOURCES_H
