@@ -162,8 +162,8 @@ $(BUILD)/arm/drivers/fabric/contract.o: CFLAGS_ARM += -I$(BUILD)/fabric
 $(BUILD)/arm/drivers/fabric/contract.o: $(BUILD)/fabric/contract3.h
 
 # the data sheet of a device with one motor, and with two, and the console's longer texts, packed for its image
-PACKED_FROM = $(wildcard firmware/tables/*.py) firmware/settings/config.h firmware/settings/errors.h \
-    firmware/settings/params.h firmware/fault/faults.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
+PACKED_FROM = $(wildcard firmware/tables/*.py) firmware/settings/config.h firmware/settings/error.h \
+    firmware/settings/params.h firmware/fault/fault.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
 $(BUILD)/packed/%/data_sheet_text.h: $(PACKED_FROM)
 	@mkdir -p $(@D)
 	$(call say,EDS)
