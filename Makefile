@@ -146,8 +146,7 @@ CACHED = $(addprefix system/,handlers axes) drive/failover control/current_loop_
     $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
 STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque flux_limit \
     weakening emf oscillation profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch speed_watch \
-    slip_watch zero_watch) $(addprefix drive/,drive states modes modes_control mode_speed set_point reaction) \
-    $(addprefix scope/,scope recorder)
+    slip_watch zero_watch) $(addprefix drive/,drive states modes modes_control mode_speed set_point reaction) scope/scope
 in_firmware = $(addprefix $(BUILD)/arm/firmware/,$(addsuffix .o,$1))
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -Os
 $(call in_firmware,$(CACHED) $(STEPPED)): CFLAGS_ARM += -O2
