@@ -146,7 +146,7 @@ CACHED = $(addprefix system/,handlers axes) drive/failover control/current_loop_
     $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
 STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque weakening emf oscillation \
     profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch) \
-    $(addprefix drive/,drive states modes modes_control mode_speed reaction) $(addprefix scope/,scope recorder)
+    $(addprefix drive/,drive states modes modes_control mode_speed reaction) scope/scope
 in_firmware = $(addprefix $(BUILD)/arm/firmware/,$(addsuffix .o,$1))
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -Os
 $(call in_firmware,$(CACHED) $(STEPPED)): CFLAGS_ARM += -O2
@@ -161,8 +161,8 @@ $(BUILD)/arm/drivers/fabric/contract.o: CFLAGS_ARM += -I$(BUILD)/fabric
 $(BUILD)/arm/drivers/fabric/contract.o: $(BUILD)/fabric/contract3.h
 
 # the data sheet of a device with one motor, and with two, and the console's longer texts, packed for its image
-PACKED_FROM = $(wildcard firmware/tables/*.py) firmware/settings/config.h firmware/settings/errors.h \
-    firmware/settings/params.h firmware/fault/faults.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
+PACKED_FROM = $(wildcard firmware/tables/*.py) firmware/settings/config.h firmware/settings/error.h \
+    firmware/settings/params.h firmware/fault/fault.h $(addprefix firmware/operate/,canopen_objects.h objects.h)
 $(BUILD)/packed/%/data_sheet_text.h: $(PACKED_FROM)
 	@mkdir -p $(@D)
 	$(call say,EDS)

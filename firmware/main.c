@@ -9,7 +9,6 @@
 #include "firmware/operate/modbus.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
-#include "firmware/system/axes.h"
 #include "firmware/system/boot.h"
 #include "firmware/system/handlers.h"
 #include "firmware/system/idle.h"

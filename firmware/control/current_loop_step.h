@@ -165,7 +165,7 @@ static inline __attribute__((always_inline)) void hall_observe(struct current_lo
  *
  * Ranges that exclude overflow: |i| <= 65534, |v| < 2^15, the flux within OBSERVER_FLUX_BITS; of_newest + of_older <= 2^14,
  * r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MOST, |back| < 2^15 with a shift of 3 at least, track <=
- * OBSERVER_TRACK_MOST. settings/tuning_observer.c and observer.c ensure this; both are tested at their limits.
+ * OBSERVER_TRACK_MOST. settings/tuning_start.c and observer.c ensure this; both are tested at their limits.
  */
 
 #define FLUX_ERROR_SHIFT 10 /* from along times e, Q25, to Q15 */
@@ -316,7 +316,7 @@ static inline __attribute__((always_inline)) void inject_observe(struct current_
 /*
  * Third stage of the current loop: currents to voltages, in the field's frame. ISR, constant time.
  *
- * The voltages computed from a sample act, on average, a half to one and a half periods later (settings/delay.h). The frame has
+ * The voltages computed from a sample act, on average, a half to one and a half periods later (margins.h). The frame has
  * turned by then, so the voltages are turned with it (lib/advance.h). v_d is limited first, by a constant; a table gives what
  * the circle leaves for v_q (lib/limit.h).
  */

@@ -139,7 +139,7 @@ int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15,
     return by_doubt_q8(t, (q15_abs(w_q15) * t->emf_q12) >> 12, i_q15, vbus_q15);
 }
 
-/* The voltage acting between two samples: delay.h. In halves of the newest one and of the one before. */
+/* The voltage acting between two samples: margins.h. In halves of the newest one and of the one before. */
 static void weigh_voltages(volatile struct observer *o, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t whole = (int32_t)(((int64_t)t->observer.of_bus_q8 * vbus_q15) >> 23);

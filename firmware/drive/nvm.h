@@ -16,7 +16,6 @@
 #include "firmware/control/cogging.h"
 #include "firmware/fault/fault.h"
 #include "firmware/settings/error.h"
-#include "firmware/settings/records.h"
 #include "firmware/settings/slots.h"
 #include "firmware/settings/tuning.h"
 

@@ -21,7 +21,7 @@
 #include "firmware/commission/wiring.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/fault/fault.h"
-#include "firmware/settings/sources.h"
+#include "firmware/settings/params.h"
 
 struct axis;
 
@@ -98,7 +98,7 @@ void start_filter_hall(struct axis *a);
 
 /*
  * What a source of the angle does: each millisecond, whatever the state, and when it starts. A new one is a file with such a
- * structure, and a row of settings/sources.h. Slow loop.
+ * structure, and a row of settings/params.h. Slow loop.
  */
 struct start_source {
     void (*before)(struct axis *a);       /* the states: measures the speed */

@@ -15,7 +15,7 @@
 #include "firmware/operate/text.h"
 #include "firmware/scope/scope.h"
 #include "firmware/settings/features.h"
-#include "firmware/system/postmortem.h"
+#include "firmware/system/boot.h"
 
 /* What a command only begins, and the console says when it is done. */
 enum progress {

@@ -6,7 +6,7 @@
 #include "firmware/operate/messages.h"
 #include "firmware/source/rotor.h"
 #include "firmware/source/sensorless.h"
-#include "firmware/system/measure.h"
+#include "firmware/system/idle.h"
 
 /* ---- status ---- */
 

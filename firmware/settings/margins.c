@@ -2,7 +2,6 @@
 #include "firmware/settings/margins.h"
 
 #include "firmware/settings/config.h"
-#include "firmware/settings/delay.h"
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "lib/polar.h"

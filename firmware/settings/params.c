@@ -3,7 +3,7 @@
 
 #include <stdbool.h>
 
-#include "firmware/settings/records.h"
+#include "firmware/settings/slots.h"
 
 #define PARAM_ROW(field, least, most, initial, what) \
     {#field, (least), (most), (initial), offsetof(struct params, field)},

@@ -36,7 +36,7 @@ struct tuning_profile {
     int32_t window_q30; /* 1 / window, rounded down */
 };
 
-/* The machine in the flux observer's unit of flux: tuning_observer.c. */
+/* The machine in the flux observer's unit of flux: tuning_start.c. */
 struct tuning_observer {
     int32_t magnet;    /* flux 14 (control/observer.h) */
     int32_t ld, lq;    /* flux 14 of a current of 1.0 */
@@ -47,7 +47,7 @@ struct tuning_observer {
     bool usable;       /* these values work at this rate */
 };
 
-/* A voltage that shows the saliency: control/injection.h. tuning_observer.c. */
+/* A voltage that shows the saliency: control/injection.h. tuning_start.c. */
 struct tuning_injection {
     int32_t v_q15;          /* 0: none */
     int32_t turned;         /* 0 or -1: when a voltage shows */
@@ -59,7 +59,7 @@ struct tuning_injection {
     int32_t polarity_q15;   /* d current that tells north from south */
 };
 
-/* A prescribed field that pulls the rotor: tuning_observer.c. */
+/* A prescribed field that pulls the rotor: tuning_start.c. */
 struct tuning_field {
     int32_t i_align_q15;       /* current to align it */
     int32_t align_ms;          /* along each of two angles */
@@ -81,7 +81,7 @@ struct tuning {
     int32_t loop_counts; /* fabric clocks from a sample to the next */
     /* current loop */
     enum pwm_update update;
-    int32_t delay_halves;       /* from sample to voltage, halves of the time between two samples: delay.h */
+    int32_t delay_halves;       /* from sample to voltage, halves of the time between two samples: margins.h */
     int32_t current_margin_u16; /* phase margin, in 65536ths of a turn */
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/system/axes.h"
+#include "firmware/system/handlers.h"
 
 #include "startup/startup.h"
 

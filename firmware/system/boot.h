@@ -1,15 +1,52 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * From main() to a device that may run a drive: sets up the core, then checks the clock, the reset cause and the fabric's
- * identity, in this order, and writes nothing to the fabric.
+ * identity, in this order, and writes nothing to the fabric. And the record of a processor fault, which ended the last run: the
+ * cause, the registers and the fault addresses, in RAM that a reset does not clear, printed after the next boot.
  */
 #ifndef FIRMWARE_SYSTEM_BOOT_H
 #define FIRMWARE_SYSTEM_BOOT_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drivers/board.h"
 #include "drivers/fabric/fabric.h"
 #include "drivers/mss/sysreg.h"
 #include "firmware/fault/fault.h"
-#include "firmware/system/postmortem.h"
+#include "startup/startup.h"
+
+/* Interrupts without a handler; the fault entry serves them. */
+#define POSTMORTEM_MSS_PLL    (STARTUP_SYSTEM_VECTORS + MSS_IRQ_PLL_LOCK_LOST)
+#define POSTMORTEM_FABRIC_PLL (STARTUP_SYSTEM_VECTORS + MSS_IRQ_FABRIC_PLL_LOCK_LOST)
+#define POSTMORTEM_ECC        (STARTUP_SYSTEM_VECTORS + MSS_IRQ_ECC_ERROR)
+#define POSTMORTEM_PUT_BACK   (STARTUP_SYSTEM_VECTORS + BOARD_IRQ_PUT_BACK)
+
+struct postmortem {
+    bool valid;         /* a processor fault came before the last reset; the rest describes it */
+    bool probe_died;    /* the last life ended between postmortem_probe(true) and postmortem_probe(false) */
+    uint32_t exception; /* number: 2 NMI, 3 hard fault, 4 memory, 5 bus, 6 usage, 16 + n interrupt n */
+    bool frame_valid;
+    struct fault_frame frame;
+    uint32_t exc_return;
+    uint32_t cfsr, hfsr, mmfar, bfar;
+    uint32_t edac;         /* SYSREG_EDAC_* flags of the memories */
+    uint32_t reset_causes; /* SYSREG_CAUSE_* of the last reset, whether there is a record or not */
+};
+
+/* Writes the record. Only the fault entry calls it; the reset that must follow is the caller's. */
+void postmortem_keep(const struct fault_frame *frame, uint32_t exc_return);
+
+/* Collects what the program's last run left behind, and clears it there. Thread, once, early. */
+struct postmortem postmortem_collect(void);
+
+/*
+ * Notes that the program is about to touch hardware that may not answer, or that it has done so. If a fault or the watchdog
+ * ends it in between, the next run knows. Thread.
+ */
+void postmortem_probe(bool under_way);
+
+/* ==== start-up ==== */
 
 /* What start-up releases from reset. */
 #define BOOT_BLOCKS \

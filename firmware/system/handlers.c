@@ -11,9 +11,7 @@
 #include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
-#include "firmware/system/axes.h"
 #include "firmware/system/boot.h"
-#include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
 /* By constant addresses: a pointer in RAM may be what broke. */

@@ -1,13 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The interrupts: their axes and priorities. The current loop has one handler per source of the angle, and
- * control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond for each axis. Its clock comes from the same
- * PLL as the PWM, so the two never drift.
+ * The motors of this device, and the interrupts with their priorities. Only main and the interrupts' handlers name a motor; all
+ * other code gets a pointer. The current loop has one handler per source of the angle, and control/current_loop.h chooses; the
+ * slow loop is MSS timer 1, once a millisecond for each axis. Its clock comes from the PWM's PLL, so the two never drift.
  */
 #ifndef FIRMWARE_SYSTEM_HANDLERS_H
 #define FIRMWARE_SYSTEM_HANDLERS_H
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
+#include "firmware/scope/scope.h"
+
+extern struct axis axes[AXIS_COUNT];
+extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
+extern struct scope scope;                          /* the entries of two interrupts name it */
+
+/* A current loop's interrupt ends here when a sample has a fault. Only the interrupts call it. */
+void current_loop_fault(struct axis *axis);
 
 /* Shuts the gates of every axis whose fabric is trusted. Any context; for a processor fault, which must not rely on RAM. */
 void handlers_bridges_off(void);

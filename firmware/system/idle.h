@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The idle thread: serves the watchdog as long as the interrupts live, and sleeps. */
+/* The thread's time: it serves the watchdog as long as the interrupts live, and sleeps; and what an interrupt takes of it. */
 #ifndef FIRMWARE_SYSTEM_IDLE_H
 #define FIRMWARE_SYSTEM_IDLE_H
 
@@ -29,5 +29,11 @@ void idle(struct idle *i);
  * the last time. Call it where the thread makes progress, never where it waits. Thread only.
  */
 void idle_serve_watchdog(struct idle *i);
+
+/*
+ * Cycles that one current-loop interrupt takes from the thread, entry and exit included. `time_ms` is a clock that the slow
+ * loop advances. Thread; busy for two PWM periods, or a few times that if the slow loop comes in between.
+ */
+uint32_t measure_current_loop_cycles(const volatile uint32_t *time_ms);
 
 #endif

@@ -38,7 +38,7 @@ def joined(path):
 
 def faults(source=ROOT):
     """{name: Fault}"""
-    rows = FAULT.findall(joined(source / "firmware/fault/faults.h"))
+    rows = FAULT.findall(joined(source / "firmware/fault/fault.h"))
     return {name: Fault(int(number), code, allowed.split(" | "), initial, retry == "RETRY", *texts)
             for number, name, code, allowed, initial, retry, _, *texts in rows}
 
@@ -46,4 +46,4 @@ def faults(source=ROOT):
 def refusals(source=ROOT):
     """{name: Refusal}"""
     return {name: Refusal(int(number), *rest)
-            for number, name, *rest in REFUSAL.findall(joined(source / "firmware/settings/errors.h"))}
+            for number, name, *rest in REFUSAL.findall(joined(source / "firmware/settings/error.h"))}

@@ -204,7 +204,7 @@ class Drive:
 
     @property
     def field_accel_rad_s2(self):
-        """The most that a prescribed field is turned up with: settings/tuning_observer.c."""
+        """The most that a prescribed field is turned up with: settings/tuning_start.c."""
         return FIELD_SHARE * 1.5 * self.params["pole_pairs"] * self.params["flux_uwb"] * 1e-6 * self._param_a("i_max_ma") / (
             self.params["inertia_gmm2"] * 1e-9)
 

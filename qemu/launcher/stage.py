@@ -2,7 +2,7 @@
 """A motor too small or too large for its power stage is refused before anything is played, with what would fit.
 
 The firmware's numbers are relative to the ranges of the sensors, i_range_a and v_range_v, and have so many bits: of each
-value there is a least and a largest that a stage can drive (firmware/settings/tuning_current.c; tests/launcher/test_stage.py
+value there is a least and a largest that a stage can drive (firmware/settings/tuning.c; tests/launcher/test_stage.py
 holds the two together). And a current that is a few steps of its sensor cannot be controlled.
 """
 import math

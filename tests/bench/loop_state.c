@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "tests/bench/loop_state.h"
 
-#include "firmware/system/axes.h"
+#include "firmware/system/handlers.h"
 #include "lib/advance.h"
 #include "tests/bench/vectors.h"
 

@@ -10,7 +10,6 @@
 #include "drivers/mss/sysreg.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/settings/config.h"
-#include "firmware/system/axes.h"
 #include "firmware/system/handlers.h"
 #include "startup/startup.h"
 #include "tests/bench/kernels.h"

@@ -6,7 +6,6 @@
 #include "drivers/fabric/fabric.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/settings/config.h"
-#include "firmware/system/axes.h"
 #include "firmware/system/handlers.h"
 #include "startup/startup.h"
 #include "tests/bench/loop_state.h"

@@ -4,7 +4,6 @@
 
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
-#include "firmware/system/axes.h"
 #include "firmware/system/handlers.h"
 #include "tests/bench/loop_state.h"
 #include "tests/bench/print.h"

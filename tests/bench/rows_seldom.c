@@ -3,7 +3,7 @@
 
 #include "firmware/operate/commands.h"
 #include "firmware/settings/config.h"
-#include "firmware/system/axes.h"
+#include "firmware/system/handlers.h"
 #include "startup/startup.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"

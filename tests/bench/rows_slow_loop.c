@@ -4,7 +4,7 @@
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
 #include "firmware/settings/config.h"
-#include "firmware/system/axes.h"
+#include "firmware/system/handlers.h"
 #include "tests/bench/loop_state.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"

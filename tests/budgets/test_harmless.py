@@ -63,7 +63,7 @@ CHANGES = {
     "a static function renamed": {"firmware/drive/start.c": rename_a_static_function},
     "64 bytes of constants": {"firmware/drive/states.c": add_constants, "linker/m2s010.ld": keep_constants},
     "two members exchanged": {"firmware/axis/axis.h": exchange_two_members},
-    "a longer message": {"firmware/settings/errors.h": lengthen_a_message},
+    "a longer message": {"firmware/settings/error.h": lengthen_a_message},
 }
 
 

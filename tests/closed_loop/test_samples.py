@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Two samples a period (parameter pwm_samples): the loop is the one that firmware/settings/delay.h derives, twice as quick as
+"""Two samples a period (parameter pwm_samples): the loop is the one that firmware/settings/margins.h derives, twice as quick as
 with one; a drive that was told wrongly that its sensors are in line with the phases says so."""
 import math
 import re

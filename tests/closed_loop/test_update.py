@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""When voltages act (parameter pwm_update): the loop is the one that firmware/settings/delay.h derives, in each mode; at once
+"""When voltages act (parameter pwm_update): the loop is the one that firmware/settings/margins.h derives, in each mode; at once
 is quicker than at the valley; modes change while off; a phase that cannot act at once, at full modulation, does no harm."""
 import math
 import re

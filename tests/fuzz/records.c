@@ -4,8 +4,8 @@
  * right (RIGHT), or are the slot, head and all, beside one that is whole. What is loaded is what a second reading of
  * docs/settings.md finds, in its ranges, and can be saved and loaded again; what is refused changes nothing.
  */
-#include "firmware/settings/records.h"
 #include "drive.h"
+#include "firmware/settings/slots.h"
 
 #define RIGHT 1u
 

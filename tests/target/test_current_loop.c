@@ -169,7 +169,7 @@ static void compare(struct count *wrong, const struct side *tested, const struct
     wrong->not_acknowledged += acknowledged(tested) ? 0u : 1u;
 }
 
-static _Alignas(512) struct side tested; /* as axes.h has it: where the assembly's acknowledge comes from */
+static _Alignas(512) struct side tested; /* as handlers.h has it: where the assembly's acknowledge comes from */
 static struct side expected;
 
 static void test_assembly(void)

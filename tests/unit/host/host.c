@@ -5,7 +5,6 @@
 #include "drivers/mss/sysreg.h"
 #include "firmware/monitor/device.h"
 #include "firmware/system/idle.h"
-#include "firmware/system/measure.h"
 
 uint32_t host_primask, host_basepri, host_sleeps, host_watchdog_served;
 void (*host_on_sleep)(void);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What is inline in the sampler, for tests to call. */
-#include "firmware/scope/capture.h"
+#include "firmware/scope/scope.h"
 
 void host_capture_take(struct capture *c, const int32_t *values, int32_t watched, bool fault);
 
