@@ -79,7 +79,7 @@ enum axis_request {
 struct axis {
     _Alignas(AXIS_ALIGNMENT) struct current_loop loop; /* first: the interrupt addresses its members by offset */
     struct fabric *fabric;
-    struct axis *beside; /* the other motor of this core, or NULL: both need its thread, its memory, its time */
+    struct axis *other_axis; /* the other motor of this core, or NULL: both need its thread, its memory, its time */
     uint32_t carrier_ahead_counts; /* of the other motor's; 0: the carrier runs by itself */
     volatile uint32_t state;       /* enum axis_state */
     volatile uint32_t mode;        /* enum axis_mode */
@@ -88,15 +88,15 @@ struct axis {
     struct set_point set_point;          /* the thread writes it, the slow loop takes it */
     volatile int32_t torque_command_q15; /* for torque control */
     uint32_t stopping_ms;
-    uint32_t unlimited_braking_ms;  /* the part of stopping_ms in which no limit held back braking */
-    uint32_t heartbeat;             /* conversions at the last step */
-    uint32_t pace_chosen_ms;        /* when the conversions per millisecond were last chosen */
-    uint32_t beside_identified_ms;  /* when the other axis last identified */
-    volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
-    volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
-    volatile uint32_t thread_ms;    /* when the thread last made progress; 0: it has not begun */
-    volatile uint32_t command_ms;   /* when the owner last addressed the drive; anybody, while it has none */
-    volatile uint32_t master_lost;  /* why the master of the CAN bus is missing, 0: it is not */
+    uint32_t unlimited_braking_ms;      /* the part of stopping_ms in which no limit held back braking */
+    uint32_t heartbeat;                 /* conversions at the last step */
+    uint32_t rate_chosen_ms;            /* when the conversions per millisecond were last chosen */
+    uint32_t other_identified_ms;       /* when the other axis last identified */
+    volatile uint32_t time_wraps;       /* of time_ms, once in 49.7 days */
+    volatile uint32_t fabric_untrusted; /* AXIS_FABRIC_UNTRUSTED until start-up trusts the fabric */
+    volatile uint32_t thread_ms;        /* when the thread last made progress; 0: it has not begun */
+    volatile uint32_t command_ms;       /* when the owner last addressed the drive; anybody, while it has none */
+    volatile uint32_t master_lost;      /* why the master of the CAN bus is missing, 0: it is not */
     struct ownership owner;
     struct params params; /* as set; take effect at the next switch-on */
     struct tuning tuning; /* of the last switch-on */
@@ -119,8 +119,7 @@ struct axis {
     struct retry retry;
     struct identify identify;
     struct nvm_cogging nvm_cogging;
-    bool
-        nvm_afresh; /* `defaults` was the last: a save carries nothing over that this image does not know. The thread's */
+    bool nvm_from_defaults; /* since `defaults` a save drops stored values unknown to this image. The thread's */
     struct switching switching;
     struct lock_watch lock_watch;
     struct hall_learn hall_learn;
@@ -128,12 +127,12 @@ struct axis {
 };
 
 /* A single magic value: a stray write must not keep a fault from switching the bridge off. */
-#define AXIS_FABRIC_DOUBTED 0xD0B7FABCu
+#define AXIS_FABRIC_UNTRUSTED 0xD0B7FABCu
 
 /* True if no fabric register may be touched. Any context. */
-static inline bool axis_fabric_doubted(const struct axis *a)
+static inline bool axis_fabric_is_untrusted(const struct axis *a)
 {
-    return a->fabric_doubt == AXIS_FABRIC_DOUBTED;
+    return a->fabric_untrusted == AXIS_FABRIC_UNTRUSTED;
 }
 
 /*

@@ -142,10 +142,10 @@ static uint32_t nearer_end_q32(uint32_t offset_q32, uint32_t angle_q32)
 static enum alignment_result judge_north(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                          uint32_t angle_q32, uint32_t offset_q32, uint32_t most_q32)
 {
-    const int32_t forth_q32 = (int32_t)(a->load.forth_q32[0] - offset_q32);
+    const int32_t forward_q32 = (int32_t)(a->load.forward_q32[0] - offset_q32);
     const int32_t back_q32 = (int32_t)(a->load.back_q32[0] - offset_q32);
-    const uint32_t mean_q32 = angle_size_q32(forth_q32 / 2 + back_q32 / 2);
-    const uint32_t away_q32 = mean_q32 + angle_size_q32(forth_q32 / 2 - back_q32 / 2);
+    const uint32_t mean_q32 = angle_size_q32(forward_q32 / 2 + back_q32 / 2);
+    const uint32_t away_q32 = mean_q32 + angle_size_q32(forward_q32 / 2 - back_q32 / 2);
     if (mean_q32 > most_q32 || away_q32 > most_q32 + RUBBING_Q32) {
         a->detail[0] = (int32_t)(away_q32 / (DEGREES_45_Q32 / 45));
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
@@ -183,7 +183,7 @@ static enum alignment_result judge_shown(struct alignment *a, volatile struct cu
         const uint32_t offset_q32 = nearer_end_q32(saliency_offset_q32(&a->axis), a->load.centre_q32);
         return judge_north(a, c, t, angle_q32, offset_q32, DEGREES_45_Q32);
     }
-    if (!alignment_load_is_told(a, t)) {
+    if (!load_is_identified(a, t)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     current_loop_offset(c, load_angle_offset_q32(&a->load));
@@ -279,7 +279,7 @@ static void grip(struct alignment *a, const struct tuning *t)
 }
 
 /* During the pull the rotor turns half a turn to the field and a quarter with it, and swings; any further is a load. */
-bool alignment_carried_away(struct alignment *a, const struct tuning *t)
+bool alignment_check_external_drive(struct alignment *a, const struct tuning *t)
 {
     const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
     grip(a, t);
@@ -308,7 +308,7 @@ static enum alignment_result step_first(struct alignment *a, const struct tuning
         return ALIGNMENT_RUNNING;
     }
     if (t->reluctant && !leads_the_field(a)) {
-        alignment_begin_pass(a, t, PASS_FORTH);
+        alignment_begin_pass(a, t, PASS_FORWARD);
     } else {
         a->jump_from = a->counts;
         alignment_enter(a, STAGE_SECOND);
@@ -340,7 +340,7 @@ static enum alignment_result step_second(struct alignment *a, const struct tunin
         alignment_begin_swing(a);
     } else if (at_rest(a)) {
         judge_jump(a, t);
-        alignment_begin_pass(a, t, PASS_FORTH);
+        alignment_begin_pass(a, t, PASS_FORWARD);
     }
     return ALIGNMENT_RUNNING;
 }
@@ -393,9 +393,9 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
     a->stage_ms++;
     a->still_ms = moved == 0 ? a->still_ms + 1u : 0u;
     pull_speed_step(&a->speed, c, t, (int32_t)encoder_q32(c, (uint32_t)moved));
-    alignment_feel_sense(a, c, t, moved, angle_q32);
+    alignment_observe_direction(a, c, t, moved, angle_q32);
     follow_current(a, t);
-    if (alignment_carried_away(a, t)) {
+    if (alignment_check_external_drive(a, t)) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
         return ALIGNMENT_LOAD;
     }
@@ -424,7 +424,7 @@ static int32_t emf_q15(const struct tuning *t)
 }
 
 /* Inductance takes voltage while the current changes. */
-static void feel_field(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t)
+static void observe_field_emf(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t)
 {
     const bool steady = q15_abs(c->i_d_q15 - s->i_d_q15) < t->align[0].i_q15 / STEADY;
     s->drop_q15 = (s->i_d_q15 * t->r_q12) >> 12;
@@ -461,7 +461,7 @@ void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c
                      int32_t moved_q32)
 {
     s->speed_q32 += (q15_clamp(moved_q32, -LARGEST_Q32, LARGEST_Q32) - s->speed_q32) / t->align_speed_ms;
-    feel_field(s, c, t);
+    observe_field_emf(s, c, t);
     see_braking(s, t);
     see_free_run(s, t);
 }

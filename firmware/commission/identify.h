@@ -29,7 +29,7 @@
 
 /*
  * The script of identify: one line a step, in their order. A new step is one file, with identify_measure_NAME() and
- * identify_think_NAME(), its measurements in union identify_work, and one line here:
+ * identify_evaluate_NAME(), its measurements in union identify_work, and one line here:
  *
  *     NAME, name    of the enum's and the functions
  *     "text"        what console and bus call it
@@ -193,7 +193,7 @@ struct identify_inductance {
 struct identify_turn {
     struct field_pass field;
     struct pendulum rotor;     /* led by the field, not damped by it */
-    int32_t way[2];            /* counts from one turn of the field, forward and back */
+    int32_t travel_counts[2];  /* counts from one turn of the field, forward and back */
     uint32_t field_q32[2];     /* its mean angle */
     int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
     bool uneven, unsteady;     /* does not follow; or not well */
@@ -271,9 +271,9 @@ union identify_work {
 };
 
 struct identify {
-    volatile uint32_t step; /* enum identify_step: the thread advances it while `thinking` */
-    volatile bool thinking; /* the slow loop has measured; the thread's turn */
-    bool pausing;           /* and the next step has not begun: it does on a multiple of IDENTIFY_PACE_MS */
+    volatile uint32_t step;   /* enum identify_step: the thread advances it while `thinking` */
+    volatile bool evaluating; /* the slow loop has measured; the thread's turn */
+    bool pausing;             /* and the next step has not begun: it does on a multiple of IDENTIFY_PACE_MS */
     volatile bool running;
     uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
     uint32_t fault;      /* enum fault that ended it, 0: none */
@@ -344,7 +344,7 @@ void identify_leave(struct identify *d);
 const struct tuning *identify_tuning(const struct identify *d);
 
 /* Evaluates what has been measured, if anything. Thread, often. */
-void identify_think(struct identify *d);
+void identify_evaluate(struct identify *d);
 
 /* Ends it, by `fault` or (0) by a request. Any context. */
 void identify_stop(struct identify *d, uint32_t fault);

@@ -173,7 +173,7 @@ static void know_resistance(struct identify *d)
     if (others * 2 > uohm) {
         return;
     }
-    identify_know(d, IDENTIFY_RESISTANCE, uohm, identify_interval(0, gains, others));
+    identify_set(d, IDENTIFY_RESISTANCE, uohm, identify_interval(0, gains, others));
     d->params.resistance_mohm = (int32_t)(uohm < 1000 ? 1 : scale(uohm, 1, 1000));
 }
 
@@ -185,7 +185,7 @@ static int64_t late_rpm(const struct identify *d)
     return scale(at_rated * LATE_MS, 60LL * 1000, TWO_PI_E9);
 }
 
-enum identify_reason identify_think_along(struct identify *d)
+enum identify_reason identify_evaluate_along(struct identify *d)
 {
     static const int32_t halves[] = {2, 1, 1, 2};
     know_along_axis(d, IDENTIFY_LD_D2_BACK, 0, halves);
@@ -257,7 +257,7 @@ static void refuse_hidden(struct identify *d)
     }
 }
 
-enum identify_reason identify_think_across(struct identify *d)
+enum identify_reason identify_evaluate_across(struct identify *d)
 {
     static const int32_t thirds[] = {1, 2, 3};
     know_along_axis(d, IDENTIFY_LD_Q1, 0, thirds);
@@ -274,12 +274,12 @@ enum identify_reason identify_think_across(struct identify *d)
 /* The interval of a flux of one current: what its gain does to it is in the quantity that is made of both. */
 static void know_torque_flux(struct identify *d, enum identify_quantity what, const struct identify_spread *flux)
 {
-    identify_know(d, what, flux->mean,
-                  identify_interval(flux->deviation, identify_permille(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE),
-                                    identify_permille(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE)));
+    identify_set(d, what, flux->mean,
+                 identify_interval(flux->deviation, identify_permille(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE),
+                                   identify_permille(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE)));
 }
 
-enum identify_reason identify_think_torque(struct identify *d)
+enum identify_reason identify_evaluate_torque(struct identify *d)
 {
     const struct identify_map_point *const p = &d->work.map.at[0];
     struct identify_spread along, across;
@@ -287,14 +287,14 @@ enum identify_reason identify_think_torque(struct identify *d)
         identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
         return IDENTIFY_NO_REASON;
     }
-    identify_know_exactly(d, IDENTIFY_TORQUE_ID, (int32_t)identify_ua(d, p->i_d_q15, 1000));
-    identify_know_exactly(d, IDENTIFY_TORQUE_IQ, (int32_t)identify_ua(d, p->i_q_q15, 1000));
+    identify_set_exact(d, IDENTIFY_TORQUE_ID, (int32_t)identify_ua(d, p->i_d_q15, 1000));
+    identify_set_exact(d, IDENTIFY_TORQUE_IQ, (int32_t)identify_ua(d, p->i_q_q15, 1000));
     know_torque_flux(d, IDENTIFY_TORQUE_FLUX, &along);
     know_torque_flux(d, IDENTIFY_TORQUE_ACROSS, &across);
     const int64_t forth_ppm = see(d, p, 0).cross_ppm, back_ppm = see(d, p, 1).cross_ppm;
-    identify_know(d, IDENTIFY_CROSS, identify_scaled(forth_ppm + back_ppm, 1, 2000),
-                  identify_interval(scale(identify_size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
-                                    scale(identify_size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
+    identify_set(d, IDENTIFY_CROSS, identify_scaled(forth_ppm + back_ppm, 1, 2000),
+                 identify_interval(scale(identify_size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
+                                   scale(identify_size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
     return IDENTIFY_NO_REASON;
 }
 
@@ -314,7 +314,7 @@ enum identify_reason identify_think_torque(struct identify *d)
 #define LEAST_WAYS     4u   /* from end to end: a pair of ways with waves, a pair with sums */
 #define SUM_WAYS       2u
 #define ENOUGH_WAYS    6u
-#define PATIENCE_MS    2500u
+#define TIMEOUT_MS     2500u
 
 /* Of rated current, in twelfths: halves and thirds. */
 #define TWELFTHS 12
@@ -361,7 +361,7 @@ static void next_point(struct identify *d)
 
 static void end_point(struct identify *d, bool done)
 {
-    if (done || d->phase_ms > PATIENCE_MS) {
+    if (done || d->phase_ms > TIMEOUT_MS) {
         next_point(d);
     }
 }
@@ -522,5 +522,5 @@ bool identify_measure_torque(struct identify *d, const struct measure_io *io)
     if (d->phase_ms == 1u) {
         speed_loop_reset(io->speed, 0);
     }
-    return identify_stop_rotor(d, io, PATIENCE_MS);
+    return identify_stop_rotor(d, io, TIMEOUT_MS);
 }

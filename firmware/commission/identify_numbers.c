@@ -169,13 +169,13 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
 
 #define CROSS_MOST_PM 249 /* as cross_pm takes it */
 
-void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
+void identify_set(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
 {
     d->results[what] = (struct identify_result){
         .state = IDENTIFY_KNOWN, .value = (int32_t)value, .interval = (int32_t)(interval < 1 ? 1 : interval)};
 }
 
-void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value)
+void identify_set_exact(struct identify *d, enum identify_quantity what, int32_t value)
 {
     d->results[what] = (struct identify_result){.state = IDENTIFY_KNOWN, .value = value};
 }
@@ -312,7 +312,7 @@ enum identify_reason identify_tune_turning(struct identify *d, enum identify_rea
     return IDENTIFY_NO_REASON;
 }
 
-void identify_retake(struct identify *d)
+void identify_replace(struct identify *d)
 {
     d->ripple_q10 = d->tuning.ripple_q10;
     d->retuned = true;

@@ -95,7 +95,7 @@ static bool is_reluctant(const struct identify_pulses *m)
     return identify_doubled(&axes);
 }
 
-enum identify_reason identify_think_pulses(struct identify *d)
+enum identify_reason identify_evaluate_pulses(struct identify *d)
 {
     const struct identify_pulses *const m = &d->work.pulses;
     const int64_t change = change_256ths(m);
@@ -133,7 +133,7 @@ bool identify_measure_hold(struct identify *d, const struct measure_io *io)
     return d->ms == SETTLE_MS + HOLD_MEAN_MS;
 }
 
-enum identify_reason identify_think_hold(struct identify *d)
+enum identify_reason identify_evaluate_hold(struct identify *d)
 {
     const struct identify_hold *const m = &d->work.hold;
     if (m->v_sum <= 0 || m->i_sum_q15 < m->count * (d->i_rated_q15 / 4)) {
@@ -358,9 +358,9 @@ static void know(struct identify *d, const struct ways *r, const struct ways *de
     const int64_t gain = identify_permille(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE);
     const int64_t bus = identify_permille(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t gains = identify_root(gain * gain + bus * bus);
-    identify_know(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
-    identify_know(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
-                  identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
+    identify_set(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
+    identify_set(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
+                 identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
     d->params.resistance_mohm = identify_within(scale(r->mean.mean, 1, 1000), 100000);
 }
 
@@ -391,7 +391,7 @@ static enum identify_reason resistance_judge(struct identify *d)
     return IDENTIFY_NO_REASON;
 }
 
-enum identify_reason identify_think_resistance(struct identify *d)
+enum identify_reason identify_evaluate_resistance(struct identify *d)
 {
     if (!d->reluctant && resistance_driven(&d->work.resistance)) {
         return IDENTIFY_LOADED;

@@ -10,13 +10,13 @@
  * friction. The flux that makes the torque is that of this current, from the voltage over the speed of these very ramps.
  */
 
-#define RAMPS_PATIENCE_MS 5000u
-#define SLOW_TENTHS       2 /* of the largest speed: between these two a run is taken */
-#define FAST_TENTHS       9
-#define FEW_RAMPS         4 /* of a reluctant machine, whose ramps are long */
-#define PAIRS_MOST        (IDENTIFY_RAMPS - 1)
-#define LEAD_MS           300u
-#define LEAST_E1_UWB      100
+#define RAMPS_TIMEOUT_MS 5000u
+#define SLOW_TENTHS      2 /* of the largest speed: between these two a run is taken */
+#define FAST_TENTHS      9
+#define FEW_RAMPS        4 /* of a reluctant machine, whose ramps are long */
+#define PAIRS_MOST       (IDENTIFY_RAMPS - 1)
+#define LEAD_MS          300u
+#define LEAST_E1_UWB     100
 
 #define FRAME_MRAD 60 /* 3.4 degrees */
 
@@ -66,13 +66,13 @@ bool identify_measure_ramps(struct identify *d, const struct measure_io *io)
 {
     identify_correct_offset(d, io);
     if (!ramps_lead(d, io)) {
-        return d->phase_ms > RAMPS_PATIENCE_MS;
+        return d->phase_ms > RAMPS_TIMEOUT_MS;
     }
     if (d->phase == ramps(d)) {
-        return identify_stop_rotor(d, io, RAMPS_PATIENCE_MS);
+        return identify_stop_rotor(d, io, RAMPS_TIMEOUT_MS);
     }
     accelerate(d, io);
-    return d->phase_ms > RAMPS_PATIENCE_MS;
+    return d->phase_ms > RAMPS_TIMEOUT_MS;
 }
 
 /* ---- evaluation ---- */
@@ -117,7 +117,7 @@ static enum identify_reason ramps_know_flux(struct identify *d)
                                   (int64_t)d->i_rated_q15 * d->i_rated_q15);
     const int64_t gain_e1_uwb = identify_permille(flux.mean, IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t iron_e1_uwb = scale(flux.mean, squared, 1000000) + salient_e1_uwb(d);
-    identify_know(d, IDENTIFY_FLUX, flux.mean, identify_interval(flux.deviation, gain_e1_uwb, iron_e1_uwb));
+    identify_set(d, IDENTIFY_FLUX, flux.mean, identify_interval(flux.deviation, gain_e1_uwb, iron_e1_uwb));
     return IDENTIFY_NO_REASON;
 }
 
@@ -150,12 +150,12 @@ static void know_inertia(struct identify *d)
             bent > late && bent > inertia.deviation ? IDENTIFY_SWINGS : IDENTIFY_SCATTER;
         identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_INERTIA, against);
     } else {
-        identify_know(d, IDENTIFY_INERTIA, inertia.mean, interval);
+        identify_set(d, IDENTIFY_INERTIA, inertia.mean, interval);
     }
     d->params.inertia_gmm2 = (int32_t)inertia.mean;
 }
 
-enum identify_reason identify_think_ramps(struct identify *d)
+enum identify_reason identify_evaluate_ramps(struct identify *d)
 {
     const enum identify_reason against = d->phase < ramps(d) ? IDENTIFY_LOADED : ramps_know_flux(d);
     d->ramp_mrad_s2 = identify_slope_mrad_s2(&d->work.ramps.gains[0]);
@@ -189,7 +189,7 @@ enum identify_reason identify_think_ramps(struct identify *d)
 enum push_phase {
     PUSH_GROW,
     PUSH_BACK,
-    PUSH_FORTH,
+    PUSH_FORWARD,
     PUSH_STOP,
     PUSH_REST,
 };
@@ -239,7 +239,7 @@ bool identify_measure_push(struct identify *d, const struct measure_io *io)
         push_grow(d, m, io, emf_q15 >= most_q15);
         break;
     case PUSH_BACK:
-    case PUSH_FORTH:
+    case PUSH_FORWARD:
         push(d, m, io, emf_q15, most_q15);
         break;
     case PUSH_STOP:
@@ -267,7 +267,7 @@ static int32_t pushed_rpm(const struct identify *d)
     return identify_within(rpm, d->params.speed_max_rpm);
 }
 
-enum identify_reason identify_think_push(struct identify *d)
+enum identify_reason identify_evaluate_push(struct identify *d)
 {
     const struct identify_push *const m = &d->work.push;
     const struct measure_run *const runs[] = {&m->run[0], &m->run[1]};
@@ -306,7 +306,7 @@ enum identify_reason identify_think_push(struct identify *d)
 #define HALF_MS       (BLOCK_MS * IDENTIFY_BLOCKS / 2u)
 #define TURN_ROUND_MS 100u /* until the speed has settled after i_d changed its sign */
 #define ALONG_TENTHS  4    /* of the rated current */
-#define PATIENCE_MS   4000u
+#define TIMEOUT_MS    4000u
 #define SLOW_PART     3
 #define PAIRS         (IDENTIFY_BLOCKS / 2)
 #define STEP_PARTS    3
@@ -317,8 +317,8 @@ enum identify_reason identify_think_push(struct identify *d)
 #define OFFSET_BOUND 50
 
 enum {
-    SLOW_FORTH,
-    FAST_FORTH,
+    SLOW_FORWARD,
+    FAST_FORWARD,
     FAST_BACK,
     SLOW_BACK,
 };
@@ -328,7 +328,7 @@ enum {
 static int32_t target_rpm(const struct identify *d)
 {
     const int32_t slow_rpm = q15_max(d->rpm_most / SLOW_PART, 1);
-    const int32_t rpm = d->phase == SLOW_FORTH || d->phase == SLOW_BACK ? slow_rpm : d->rpm_most;
+    const int32_t rpm = d->phase == SLOW_FORWARD || d->phase == SLOW_BACK ? slow_rpm : d->rpm_most;
     return d->phase >= FAST_BACK ? -rpm : rpm;
 }
 
@@ -376,10 +376,10 @@ bool identify_measure_speeds(struct identify *d, const struct measure_io *io)
         encoder_clear(&io->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     const bool calm = settled(d, io);
-    if (d->phase <= FAST_FORTH && measure_index(io, &m->index)) {
+    if (d->phase <= FAST_FORWARD && measure_index(io, &m->index)) {
         m->index_seen = true;
     }
-    if (m->waited_ms > PATIENCE_MS) {
+    if (m->waited_ms > TIMEOUT_MS) {
         measure_push(io, 0);
         return true;
     }
@@ -435,8 +435,8 @@ static struct ahead ahead_of(const struct identify *d, const struct identify_poi
 static void know_offset(struct identify *d)
 {
     const struct identify_speeds *const m = &d->work.speeds;
-    const struct ahead fast = ahead_of(d, &m->points[FAST_FORTH], &m->points[FAST_BACK]);
-    const struct ahead slow = ahead_of(d, &m->points[SLOW_FORTH], &m->points[SLOW_BACK]);
+    const struct ahead fast = ahead_of(d, &m->points[FAST_FORWARD], &m->points[FAST_BACK]);
+    const struct ahead slow = ahead_of(d, &m->points[SLOW_FORWARD], &m->points[SLOW_BACK]);
     d->ahead_q32 = (uint32_t)identify_scaled(fast.e2_deg, 1LL << 32, 36000);
     if (!d->indexed) {
         return; /* refused */
@@ -449,8 +449,8 @@ static void know_offset(struct identify *d)
     const int64_t apart = fast.e2_deg - slow.e2_deg;
     const int64_t bound = identify_root(OFFSET_BOUND * OFFSET_BOUND + apart * apart);
     const int64_t count_e2_deg = scale(36000, d->params.pole_pairs, d->params.encoder_counts);
-    identify_know(d, IDENTIFY_OFFSET, (int32_t)scale(at_q32, 36000, 1LL << 32) % 36000,
-                  identify_interval(identify_scaled(fast.cross_e2_deg, 1, 5), bound, count_e2_deg));
+    identify_set(d, IDENTIFY_OFFSET, (int32_t)scale(at_q32, 36000, 1LL << 32) % 36000,
+                 identify_interval(identify_scaled(fast.cross_e2_deg, 1, 5), bound, count_e2_deg));
 }
 
 /* ---- friction: what is measured at one speed, both ways ---- */
@@ -503,7 +503,7 @@ static void know_if_resolved(struct identify *d, enum identify_quantity what, in
     if (2 * interval > value) {
         identify_refuse(d, what, what, IDENTIFY_UNRESOLVED);
     } else {
-        identify_know(d, what, value, interval);
+        identify_set(d, what, value, interval);
     }
 }
 
@@ -545,10 +545,10 @@ static void refuse_loaded(struct identify *d)
     identify_refuse_rest(d, IDENTIFY_LOADED);
 }
 
-enum identify_reason identify_think_speeds(struct identify *d)
+enum identify_reason identify_evaluate_speeds(struct identify *d)
 {
     const struct identify_point *const p = d->work.speeds.points;
-    const struct both_ways slow = {&p[SLOW_FORTH], &p[SLOW_BACK]}, fast = {&p[FAST_FORTH], &p[FAST_BACK]};
+    const struct both_ways slow = {&p[SLOW_FORWARD], &p[SLOW_BACK]}, fast = {&p[FAST_FORWARD], &p[FAST_BACK]};
     if (d->phase < IDENTIFY_POINTS) {
         identify_refuse_rest(d, IDENTIFY_LOADED);
         return IDENTIFY_NO_REASON;
@@ -559,6 +559,6 @@ enum identify_reason identify_think_speeds(struct identify *d)
     } else if (d->indexed) {
         know_friction(d, slow, fast);
     }
-    identify_retake(d);
+    identify_replace(d);
     return IDENTIFY_NO_REASON;
 }

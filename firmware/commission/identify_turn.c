@@ -47,7 +47,7 @@ static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
     const struct field_pass *const p = &m->field;
     const int32_t n = (int32_t)p->measure_ms;
     const int32_t sum = p->sum_counts[0] + p->sum_counts[1] + p->sum_counts[2];
-    m->way[pass] = field_pass_counts_q4(p) / 16;
+    m->travel_counts[pass] = field_pass_counts_q4(p) / 16;
     m->uneven = m->uneven || !field_pass_even(p, EVEN_PART);
     m->unsteady = m->unsteady || !field_pass_even(p, STEADY_PART);
     m->field_q32[pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
@@ -100,7 +100,7 @@ static void stand_in(struct params *p, int32_t counts_two_turns)
     p->speed_max_rpm = p->overspeed_rpm - 1;
 }
 
-static uint32_t identify_turn_way_q32(int64_t counts_q8, int64_t counts_two_turns)
+static uint32_t identify_turn_travel_q32(int64_t counts_q8, int64_t counts_two_turns)
 {
     return (uint32_t)identify_scaled(counts_q8, 2LL << 32, counts_two_turns * 256);
 }
@@ -112,7 +112,7 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
     uint32_t offset_q32[2];
     for (int32_t k = 0; k < 2; k++) {
         const int64_t to_end_q8 = (int64_t)d->counts * 256 - m->mean_counts_q8[k];
-        offset_q32[k] = m->field_q32[k] + identify_turn_way_q32(sign * to_end_q8, counts_two_turns);
+        offset_q32[k] = m->field_q32[k] + identify_turn_travel_q32(sign * to_end_q8, counts_two_turns);
     }
     return offset_q32[0] + (uint32_t)((int32_t)(offset_q32[1] - offset_q32[0]) / 2);
 }
@@ -121,15 +121,15 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
 static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign, uint32_t field_q32)
 {
     const int64_t moved_q8 = (int64_t)(d->counts - d->axis_counts) * 256;
-    const uint32_t axis_q32 = d->axis_q32 + identify_turn_way_q32(sign * moved_q8, counts_two_turns);
+    const uint32_t axis_q32 = d->axis_q32 + identify_turn_travel_q32(sign * moved_q8, counts_two_turns);
     const int32_t off_q32 = (int32_t)(axis_q32 - field_q32);
     return off_q32 > -QUARTER_Q32 && off_q32 < QUARTER_Q32 ? axis_q32 : axis_q32 + 2u * QUARTER_Q32;
 }
 
-enum identify_reason identify_think_turn(struct identify *d)
+enum identify_reason identify_evaluate_turn(struct identify *d)
 {
     const struct identify_turn *const m = &d->work.turn;
-    const int32_t forward = m->way[0], back = -m->way[1];
+    const int32_t forward = m->travel_counts[0], back = -m->travel_counts[1];
     const int32_t two_turns = q15_abs(forward + back);
     const bool same = q15_abs(forward - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
     if (two_turns < LEAST_COUNTS || !same || m->uneven) {
@@ -137,7 +137,7 @@ enum identify_reason identify_think_turn(struct identify *d)
     }
     const int32_t sign = forward + back < 0 ? -1 : 1;
     d->backwards = sign < 0;
-    identify_know_exactly(d, IDENTIFY_DIRECTION, sign);
+    identify_set_exact(d, IDENTIFY_DIRECTION, sign);
     d->start_q32 = angle_by_field_q32(d, two_turns, sign);
     if (d->reluctant) {
         d->start_q32 = angle_by_axis_q32(d, two_turns, sign, d->start_q32);
@@ -201,8 +201,8 @@ bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, 
  * converts that to electrical turns, a whole number: the pole pairs. The speed is the one allowed for the push.
  */
 
-#define TURNS_MOST     50 /* electrical ones to a mechanical: as many pole pairs as there can be */
-#define PATIENCE_MS    12000u
+#define TURNS_MAX      50 /* electrical ones to a mechanical: as many pole pairs as there can be */
+#define TIMEOUT_MS     12000u
 #define STOP_MS        1500u
 #define INDEX_REST_MS  60u
 #define REST_PART      16
@@ -241,8 +241,8 @@ static void index_look(const struct identify *d, struct identify_index *m, const
 
 static bool ran_enough(const struct identify *d, const struct identify_index *m)
 {
-    const int64_t most = (int64_t)(TURNS_MOST + 1) * (m->seen + 1u) * d->params.encoder_counts;
-    return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || d->phase_ms > PATIENCE_MS;
+    const int64_t most = (int64_t)(TURNS_MAX + 1) * (m->seen + 1u) * d->params.encoder_counts;
+    return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || d->phase_ms > TIMEOUT_MS;
 }
 
 /* Runs from index to index; true when it has seen what there is. */
@@ -318,19 +318,19 @@ static enum identify_reason do_without(struct identify *d)
     return identify_tune_turning(d, IDENTIFY_STOPPED);
 }
 
-enum identify_reason identify_think_index(struct identify *d)
+enum identify_reason identify_evaluate_index(struct identify *d)
 {
     const struct identify_index *const m = &d->work.index;
     const int32_t counts = (m->second - m->first + EDGES_PER_LINE / 2) / EDGES_PER_LINE * EDGES_PER_LINE;
     const int32_t percent =
         (int32_t)scale(counts < 0 ? 0 : counts, 100LL * d->params.pole_pairs, d->params.encoder_counts);
     const int32_t pole_pairs = (percent + 50) / 100;
-    if (m->seen < 2u || pole_pairs < 1 || pole_pairs > TURNS_MOST ||
+    if (m->seen < 2u || pole_pairs < 1 || pole_pairs > TURNS_MAX ||
         q15_abs(percent - 100 * pole_pairs) > WHOLE_PERCENT || counts < 64 || counts > (int32_t)ENCODER_COUNTS_MAX) {
         return do_without(d);
     }
-    identify_know_exactly(d, IDENTIFY_POLE_PAIRS, pole_pairs);
-    identify_know_exactly(d, IDENTIFY_COUNTS, counts);
+    identify_set_exact(d, IDENTIFY_POLE_PAIRS, pole_pairs);
+    identify_set_exact(d, IDENTIFY_COUNTS, counts);
     take_pole_pairs(d, pole_pairs, counts);
     choose_ramps(d);
     d->indexed = true;

@@ -29,7 +29,7 @@ int32_t hall_learn_states(const struct hall_learn *l)
 {
     int32_t states = 0;
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        states += l->forth[state].count != 0u;
+        states += l->forward[state].count != 0u;
     }
     return states;
 }
@@ -98,7 +98,7 @@ static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *
         return;
     }
     if (l->phase == FORWARD) {
-        record(l, &l->forth[state], before, field_q32);
+        record(l, &l->forward[state], before, field_q32);
     } else {
         record(l, &l->against[before], state, field_q32);
     }
@@ -110,7 +110,7 @@ static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *
 static bool complete(const struct hall_learn *l)
 {
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        const struct hall_edge *const f = &l->forth[state];
+        const struct hall_edge *const f = &l->forward[state];
         const struct hall_edge *const b = &l->against[state];
         const bool seen = f->count != 0u || b->count != 0u;
         const bool often = f->count + 1u >= HALL_LEARN_TURNS && f->count <= HALL_LEARN_TURNS + 1u &&
@@ -130,9 +130,9 @@ static uint32_t mean_of(const struct hall_edge *edge)
 /* The middle of forward and back; false if they are too far apart. */
 static bool find_edge(struct hall_learn *l, uint32_t state, uint32_t *edge_q32)
 {
-    const uint32_t forth_q32 = mean_of(&l->forth[state]);
-    const int32_t apart_q32 = (int32_t)(mean_of(&l->against[state]) - forth_q32);
-    *edge_q32 = forth_q32 + (uint32_t)(apart_q32 / 2);
+    const uint32_t forward_q32 = mean_of(&l->forward[state]);
+    const int32_t apart_q32 = (int32_t)(mean_of(&l->against[state]) - forward_q32);
+    *edge_q32 = forward_q32 + (uint32_t)(apart_q32 / 2);
     l->detail_deg = apart_q32 / DEGREE_Q32;
     return apart_q32 < LOAD_MOST_Q32 && apart_q32 > -LOAD_MOST_Q32;
 }
@@ -143,7 +143,7 @@ static uint32_t next_after(const uint32_t edge_q32[HALL_STATES], const struct ha
     uint32_t nearest = 0;
     uint32_t way_q32 = UINT32_MAX;
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        if (l->forth[state].count != 0u && edge_q32[state] - angle_q32 <= way_q32) {
+        if (l->forward[state].count != 0u && edge_q32[state] - angle_q32 <= way_q32) {
             way_q32 = edge_q32[state] - angle_q32;
             nearest = state;
         }
@@ -163,7 +163,7 @@ static bool make_ring(struct hall_learn *l, const uint32_t edge_q32[HALL_STATES]
     }
     for (uint32_t place = 0; place < HALL_SECTORS; place++) {
         const uint32_t next = l->found.state[(place + 1u) % HALL_SECTORS];
-        if (l->forth[next].from != l->found.state[place]) {
+        if (l->forward[next].from != l->found.state[place]) {
             return false;
         }
     }
@@ -180,7 +180,7 @@ static enum hall_learn_result hall_learn_judge(struct hall_learn *l)
         return HALL_LEARN_UNCLEAR;
     }
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        if (l->forth[state].count != 0u && !find_edge(l, state, &edge_q32[state])) {
+        if (l->forward[state].count != 0u && !find_edge(l, state, &edge_q32[state])) {
             return HALL_LEARN_LOAD;
         }
     }
@@ -238,7 +238,7 @@ int32_t cogging_learn_direction(const struct cogging_learn *l)
 }
 
 /* Turned in the last millisecond, not against the direction. */
-static int32_t way_q7(const struct speed_estimate *e, int32_t direction)
+static int32_t travel_q7(const struct speed_estimate *e, int32_t direction)
 {
     return q15_max((e->travel_q15 >> 8) * direction, 0);
 }
@@ -252,7 +252,7 @@ static struct cogging_sample sample_of(const struct cogging_learn *l, const stru
     return (struct cogging_sample){
         .angle_q32 = l->angle_q32,
         .torque_q19 = (torque_q15 + l->torque_q15) * 8 - accelerating_q19,
-        .way_q7 = (way_q7(e, direction) + l->way_q7) / 2,
+        .travel_q7 = (travel_q7(e, direction) + l->travel_q7) / 2,
     };
 }
 
@@ -276,38 +276,38 @@ void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, cons
                         int32_t torque_q15, const struct tuning *t)
 {
     const int32_t direction = cogging_learn_direction(l);
-    const int64_t way = (turns->counts - l->from) * direction;
+    const int64_t travel = (turns->counts - l->from) * direction;
     const bool records = l->phase == COGGING_FORWARD || l->phase == COGGING_BACK;
     if (records) {
         cogging_put(l, sample_of(l, e, torque_q15, direction, t));
     }
-    if (direction != 0 && way >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
+    if (direction != 0 && travel >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
         cogging_next_phase(l, turns->counts);
     }
     l->torque_q15 = torque_q15;
-    l->way_q7 = way_q7(e, direction);
+    l->travel_q7 = travel_q7(e, direction);
     l->speed_rpm_q15 = e->speed_rpm_q15;
     l->angle_q32 = cogging_angle_q32(e, t);
 }
 
 static void correlate(struct cogging_learn *l, const struct cogging_sample *s)
 {
-    const int64_t weighed = (int64_t)s->torque_q19 * s->way_q7;
+    const int64_t weighed = (int64_t)s->torque_q19 * s->travel_q7;
     for (int32_t n = 0; n < l->candidates; n++) {
         const cossin_t c = cossin_q15(l->orders[n] * s->angle_q32);
         l->cos_sum[n] += weighed * c.cos;
         l->sin_sum[n] += weighed * c.sin;
     }
-    l->way_sum_q7 += s->way_q7;
+    l->travel_sum_q7 += s->travel_q7;
     l->used++;
 }
 
 /* Amplitudes are twice the mean product: Q19 and 15 bits, as Q23. */
 static struct cogging_harmonic harmonic(const struct cogging_learn *l, int32_t n)
 {
-    const int64_t way = l->way_sum_q7 > 0 ? l->way_sum_q7 : 1;
-    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / way >> 10),
-                                     (int32_t)(l->sin_sum[n] / way >> 10)};
+    const int64_t travel = l->travel_sum_q7 > 0 ? l->travel_sum_q7 : 1;
+    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / travel >> 10),
+                                     (int32_t)(l->sin_sum[n] / travel >> 10)};
 }
 
 static int64_t power(struct cogging_harmonic h)

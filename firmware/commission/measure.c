@@ -172,7 +172,7 @@ void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, 
 }
 
 /* The field's travel in this millisecond: up to speed, along, and down to rest. */
-static int32_t field_pass_way_q32(const struct field_pass *p)
+static int32_t field_pass_travel_q32(const struct field_pass *p)
 {
     const uint32_t down_ms = p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
     if (p->time_ms < p->ramp_ms) {
@@ -202,12 +202,12 @@ bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile stru
                      uint32_t encoder_q32, int32_t counts, int32_t current_q15)
 {
     const uint32_t n = p->time_ms - p->ramp_ms - p->ramp_ms / 2u; /* of the measurement */
-    const int32_t way = field_pass_way_q32(p);
-    pendulum_step(rotor, c, encoder_q32, p->field_q32, way, current_q15);
+    const int32_t step_q32 = field_pass_travel_q32(p);
+    pendulum_step(rotor, c, encoder_q32, p->field_q32, step_q32, current_q15);
     if (n < p->measure_ms) {
         measure(p, rotor, c, encoder_q32, counts, n);
     }
-    p->field_q32 += (uint32_t)way;
+    p->field_q32 += (uint32_t)step_q32;
     p->time_ms++;
     return p->time_ms > 2u * p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
 }

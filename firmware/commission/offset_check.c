@@ -77,7 +77,7 @@ static enum offset_result found(struct offset_check *o, int32_t off_q4)
 }
 
 /* Against the supposed axis, where reluctance makes the torque larger. */
-static enum offset_result push_beside(struct offset_check *o, int32_t middle_q4)
+static enum offset_result push_off_axis(struct offset_check *o, int32_t middle_q4)
 {
     o->middle_q4 = middle_q4;
     push_along(o, STEP_HALVE, (uint32_t)(HALF_Q4 + middle_q4) * DEGREE_Q4_Q32);
@@ -112,7 +112,7 @@ static enum offset_result take_side(struct offset_check *o, int32_t side)
     if (mirrored) {
         return found(o, side * WRONG_Q4);
     }
-    return side == 0 ? go_on(o) : push_beside(o, side * WRONG_Q4);
+    return side == 0 ? go_on(o) : push_off_axis(o, side * WRONG_Q4);
 }
 
 static enum offset_result take_half(struct offset_check *o)
@@ -121,7 +121,7 @@ static enum offset_result take_half(struct offset_check *o)
     o->high_q4 = o->sense > 0 ? o->high_q4 : o->middle_q4;
     const int32_t middle_q4 = (o->low_q4 + o->high_q4) / 2;
     if (o->high_q4 - o->low_q4 > WRONG_Q4) {
-        return push_beside(o, middle_q4);
+        return push_off_axis(o, middle_q4);
     }
     return q15_abs(middle_q4) < WRONG_Q4 ? go_on(o) : found(o, middle_q4);
 }
@@ -134,7 +134,7 @@ static enum offset_result take_across(struct offset_check *o)
         return found(o, HALF_Q4);
     }
     if (sense == 0 && o->step == STEP_REVERSE) {
-        return OFFSET_UNSEEN;
+        return OFFSET_UNKNOWN;
     }
     if (sense == 0) {
         push_along(o, STEP_REVERSE, 270u * DEGREE_Q32);
@@ -246,17 +246,17 @@ static bool rests(const struct offset_check *o)
 }
 
 /* A load that falls: what it does to the rotor is no longer the current's. */
-static bool has_turned_away(const struct offset_check *o, const struct tuning *t)
+static bool has_turned(const struct offset_check *o, const struct tuning *t)
 {
     return q15_abs(o->counts) > t->encoder_counts / t->pole_pairs / AWAY_PART + AWAY_TIMES * o->moves;
 }
 
-static enum offset_result carried_away(struct offset_check *o)
+static enum offset_result driven_by_load(struct offset_check *o)
 {
     if (o->step < STEP_ACROSS) {
         return found(o, o->step == STEP_HALVE ? o->middle_q4 : side_of(o) * WRONG_Q4);
     }
-    return take_across(o) == OFFSET_WRONG ? OFFSET_WRONG : OFFSET_UNSEEN;
+    return take_across(o) == OFFSET_WRONG ? OFFSET_WRONG : OFFSET_UNKNOWN;
 }
 
 static bool turned_forward(const struct offset_check *o)
@@ -293,8 +293,8 @@ static enum offset_result step_pushes(struct offset_check *o, volatile struct cu
         step_push(o);
     } else if (o->fades) {
         result = step_fade(o);
-    } else if (has_turned_away(o, t)) {
-        result = carried_away(o);
+    } else if (has_turned(o, t)) {
+        result = driven_by_load(o);
     } else if (rests(o) && turned_forward(o)) {
         begin_fading(o);
     } else if (rests(o)) {
@@ -320,7 +320,7 @@ static enum offset_result step_emf(struct offset_check *o, const volatile struct
         return OFFSET_RUNNING;
     }
     if (!emf_is_clear(&o->emf)) {
-        return OFFSET_UNSEEN;
+        return OFFSET_UNKNOWN;
     }
     o->off_deg = emf_angle_deg(&o->emf.filtered, w_q15 < 0);
     return emf_judge(&o->emf, w_q15 < 0) == EMF_AGREES ? OFFSET_RIGHT : OFFSET_WRONG;

@@ -24,8 +24,8 @@
 enum offset_result {
     OFFSET_RUNNING,
     OFFSET_RIGHT,
-    OFFSET_UNSEEN, /* nothing moved either way, or it turns too slowly to tell */
-    OFFSET_WRONG,  /* by off_deg */
+    OFFSET_UNKNOWN, /* nothing moved either way, or it turns too slowly to tell */
+    OFFSET_WRONG,   /* by off_deg */
 };
 
 struct offset_check {

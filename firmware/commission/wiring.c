@@ -68,9 +68,9 @@ enum calibration_result calibration_step(struct calibration *k, struct adc_regs 
 
 const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 
-void wiring_start(struct wiring *w, bool patient)
+void wiring_start(struct wiring *w, bool slow)
 {
-    *w = (struct wiring){.patient = patient};
+    *w = (struct wiring){.slow = slow};
 }
 
 static int32_t largest(const int32_t of_q15[3])
@@ -188,7 +188,7 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
     wiring_look(w, t, adc, i_q15);
     const int32_t rise_q15[3] = {i_q15[0] - w->before_q15[0], i_q15[1] - w->before_q15[1], i_q15[2] - w->before_q15[2]};
     w->ms++;
-    const bool rests = w->patient ? w->ms > REST_MS : w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4;
+    const bool rests = w->slow ? w->ms > REST_MS : w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4;
     if (w->v_256ths == 0 && rests) {
         if (w->along == 3u) {
             return wiring_judge(w, t);

@@ -361,7 +361,7 @@ void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, 
  * As current_loop_follow(), after a change of frame: recalculates the feed-forward part of the present voltages; the voltages
  * stay. Slow loop; holds the interrupt back for about 300 cycles.
  */
-void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
+void current_loop_restart_feedforward(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
 
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);

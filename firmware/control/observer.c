@@ -110,14 +110,14 @@ static int32_t dead_time_doubt_q15(const struct tuning *t, int32_t i_q15, int32_
 {
     const int32_t idle_q15 = (t->i_max_q15 >> (t->ripple_q10 != 0 ? RIPPLED_I_SHIFT : IDLE_I_SHIFT)) + 1;
     const int32_t missing_q15 = q15_max(idle_q15 - i_q15, 0);
-    return (vbus_q15 >> OBSERVER_DOUBT_BUS_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
+    return (vbus_q15 >> OBSERVER_BUS_UNCERTAINTY_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
 }
 
 static int32_t by_doubt_q8(const struct tuning *t, int32_t emf_q15, int32_t i_q15, int32_t vbus_q15)
 {
-    const int32_t drop_q15 = (((i_q15 * OBSERVER_DOUBT_R_Q8) >> 8) * t->r_q12) >> 12;
-    const int32_t doubt_q15 = drop_q15 + dead_time_doubt_q15(t, i_q15, vbus_q15) + 1;
-    return q15_min((int32_t)(((uint32_t)emf_q15 << 8) / (uint32_t)doubt_q15), MARGIN_MOST_Q8);
+    const int32_t drop_q15 = (((i_q15 * OBSERVER_R_UNCERTAINTY_Q8) >> 8) * t->r_q12) >> 12;
+    const int32_t uncertainty_q15 = drop_q15 + dead_time_doubt_q15(t, i_q15, vbus_q15) + 1;
+    return q15_min((int32_t)(((uint32_t)emf_q15 << 8) / (uint32_t)uncertainty_q15), MARGIN_MOST_Q8);
 }
 
 /* m = |w| psi_a / (dR |i| + dU), all of them voltages in Q15 of v_range. */

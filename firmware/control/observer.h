@@ -34,8 +34,8 @@
  * What may hide the EMF: 15 % of R, which is measured at the start and rises that much with 38 K; and the dead time left after
  * compensation, a 256th of the bus.
  */
-#define OBSERVER_DOUBT_R_Q8      38
-#define OBSERVER_DOUBT_BUS_SHIFT 8
+#define OBSERVER_R_UNCERTAINTY_Q8      38
+#define OBSERVER_BUS_UNCERTAINTY_SHIFT 8
 
 /* The flux range: the unit, either component. */
 #define OBSERVER_FLUX_BITS  29

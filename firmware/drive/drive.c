@@ -32,10 +32,10 @@ static void count_time(struct axis *a)
 /* While the other axis identifies, this one's step waits for its bursts (pulses.h): up to half a millisecond. */
 static bool may_be_late(struct axis *a)
 {
-    if (a->beside != NULL && a->beside->identify.running) {
-        a->beside_identified_ms = a->time_ms;
+    if (a->other_axis != NULL && a->other_axis->identify.running) {
+        a->other_identified_ms = a->time_ms;
     }
-    return a->beside != NULL && a->time_ms - a->beside_identified_ms <= LOOP_START_MS;
+    return a->other_axis != NULL && a->time_ms - a->other_identified_ms <= LOOP_START_MS;
 }
 
 /* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
@@ -46,7 +46,7 @@ static void watch_heartbeat(struct axis *a)
     const uint32_t most = may_be_late(a) ? (uint32_t)a->loop.loops_per_slow / 2u : 1u;
     a->heartbeat = conversions;
     if (too_many + most > 2u * most &&
-        a->time_ms - a->pace_chosen_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
+        a->time_ms - a->rate_chosen_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
         fault_raise(a, FAULT_LOOP_STOPPED);
     }
 }
@@ -96,7 +96,7 @@ static void step_thermal(struct axis *a)
 void drive_step(struct axis *a)
 {
     count_time(a);
-    if (axis_fabric_doubted(a)) {
+    if (axis_fabric_is_untrusted(a)) {
         return;
     }
     start_source_before(a);
@@ -151,7 +151,7 @@ static struct drive_status status_look(const struct axis *a)
 /* Changes with each sample; a fabric in doubt is not sampled. */
 static uint32_t sample(const struct axis *a)
 {
-    return axis_fabric_doubted(a) ? 0u : adc_sequence(&a->fabric->adc);
+    return axis_fabric_is_untrusted(a) ? 0u : adc_sequence(&a->fabric->adc);
 }
 
 /* The slow loop is held off, the current loop is not: what it interrupts is read again. */
@@ -174,7 +174,7 @@ struct drive_status drive_status(const struct axis *a)
 
 void drive_init(struct axis *a, struct fabric *fabric)
 {
-    *a = (struct axis){.fabric = fabric, .fabric_doubt = AXIS_FABRIC_DOUBTED};
+    *a = (struct axis){.fabric = fabric, .fabric_untrusted = AXIS_FABRIC_UNTRUSTED};
     current_loop_init(&a->loop);
     speed_loop_init(&a->speed);
     params_init(&a->params);
@@ -192,8 +192,8 @@ void drive_remember_heat(struct axis *a, struct thermal_memory *memory)
 
 void drive_join(struct axis *a, struct axis *follower)
 {
-    a->beside = follower;
-    follower->beside = a;
+    a->other_axis = follower;
+    follower->other_axis = a;
     follower->carrier_ahead_counts = CONFIG_HALF_COUNTS / 2u;
 }
 
@@ -220,24 +220,24 @@ static bool start_fabric(struct axis *a)
 }
 
 /* The fabric's state is unknown: it is not touched from here on. Its gates have been off since the reset. */
-static void doubt_fabric(struct axis *a, enum fault cause)
+static void distrust_fabric(struct axis *a, enum fault cause)
 {
-    a->fabric_doubt = AXIS_FABRIC_DOUBTED;
+    a->fabric_untrusted = AXIS_FABRIC_UNTRUSTED;
     fault_raise(a, cause);
-    (void)states_take(a, DRIVE_EVENT_DOUBTED);
+    (void)states_take(a, DRIVE_EVENT_UNTRUSTED);
 }
 
 void drive_start(struct axis *a, enum fault boot_fault)
 {
     if (fault_doubts_fabric(boot_fault)) {
-        doubt_fabric(a, boot_fault);
+        distrust_fabric(a, boot_fault);
         return;
     }
     if (!start_fabric(a)) {
-        doubt_fabric(a, FAULT_FABRIC);
+        distrust_fabric(a, FAULT_FABRIC);
         return;
     }
-    a->fabric_doubt = 0;
+    a->fabric_untrusted = 0;
     (void)states_take(a, DRIVE_EVENT_BOOTED);
     if (boot_fault != FAULT_NONE) {
         fault_raise(a, boot_fault);

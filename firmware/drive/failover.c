@@ -152,7 +152,7 @@ static void observer_leads(struct axis *a, enum fault cause)
     observer_preset(c, &a->tuning);
     current_loop_follow_rotor(c);
     cpu_irq_restore(mask);
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     lead_on(a);
 }
 

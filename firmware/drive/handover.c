@@ -347,7 +347,7 @@ static bool slow_loop_is_dead(struct axis *a)
     const uint32_t now_ms = a->time_ms;
     h->polls = now_ms == h->polled_ms ? h->polls + 1u : 0u;
     h->polled_ms = now_ms;
-    return h->polls > REQUEST_PATIENCE_POLLS;
+    return h->polls > REQUEST_TIMEOUT_POLLS;
 }
 
 bool handover_poll(struct axis *a)
@@ -375,7 +375,7 @@ bool handover_poll(struct axis *a)
 static int32_t known_torque_q15(struct axis *a)
 {
     const bool known = rotor_has_encoder(a) && (a->motion.cogging.count | a->tuning.friction_q15) != 0;
-    return known ? modes_known_torque_q15(a) : 0;
+    return known ? modes_feedforward_torque_q15(a) : 0;
 }
 
 static void leave(struct axis *a)
@@ -454,7 +454,7 @@ static void change(struct axis *a)
     }
     cpu_irq_restore(mask);
     retune_source(a, target, a->handover.speed_ki_min_q16);
-    current_loop_adopt(&a->loop, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(&a->loop, a->fabric, &a->tuning);
     if (source_has(target, SOURCE_COUNTS)) {
         begin_encoder(a);
     }

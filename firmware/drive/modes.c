@@ -178,7 +178,7 @@ struct outcome drive_learn_cogging(struct axis *a)
 /* Whatever was asked for before counts from the old zero. */
 static bool set_point_is_taken(const struct axis *a)
 {
-    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+    for (uint32_t poll = 0; poll < REQUEST_TIMEOUT_POLLS; poll++) {
         if (!a->set_point.waits) {
             return true;
         }

@@ -63,15 +63,15 @@ void set_point_take(struct axis *a);
 #define CYCLIC_FOLLOWS 8
 
 struct cyclic {
-    int64_t now;     /* at the last step, or at the newest set-point's turn */
-    int64_t target;  /* the newest set-point */
-    int64_t way;     /* to it, from what the reference was at its turn */
-    int32_t period;  /* conversions for that way, */
-    int32_t left;    /* and those to go */
-    int32_t ahead;   /* conversions that `now` has gone beyond the last step */
-    uint32_t due;    /* the newest set-point's turn: a number of a conversion */
-    int64_t stepped; /* at the last step, */
-    int64_t moved;   /* and from the step before to it */
+    int64_t now;      /* at the last step, or at the newest set-point's turn */
+    int64_t target;   /* the newest set-point */
+    int64_t distance; /* to it, from what the reference was at its turn */
+    int32_t period;   /* conversions for that way, */
+    int32_t left;     /* and those to go */
+    int32_t ahead;    /* conversions that `now` has gone beyond the last step */
+    uint32_t due;     /* the newest set-point's turn: a number of a conversion */
+    int64_t stepped;  /* at the last step, */
+    int64_t moved;    /* and from the step before to it */
 };
 
 /* Begins at a value, which is also the target. Slow loop, or while it is masked. */
@@ -87,7 +87,7 @@ static inline void cyclic_go(struct cyclic *c, int32_t conversions)
     c->ahead = conversions;
     if (more > 0 && c->left > 0) {
         c->left = c->left > more ? c->left - more : 0;
-        c->now = c->left == 0 ? c->target : c->target - c->way * c->left / c->period;
+        c->now = c->left == 0 ? c->target : c->target - c->distance * c->left / c->period;
     }
 }
 
@@ -109,7 +109,7 @@ static inline void cyclic_aim(struct cyclic *c, int64_t target, int32_t period, 
 {
     cyclic_go(c, came);
     c->target = target;
-    c->way = target - c->now;
+    c->distance = target - c->now;
     c->period = c->left = period;
 }
 
@@ -240,7 +240,7 @@ void modes_request_torque(struct axis *a, int32_t torque_q15);
 void modes_control_speed(struct axis *a, int32_t slope_q16);
 
 /* Feed-forward torque: cogging at the shaft's position, and friction in the commanded direction. Seldom. */
-int32_t modes_known_torque_q15(struct axis *a);
+int32_t modes_feedforward_torque_q15(struct axis *a);
 
 /* Collects what was learned while the shaft turns, and ends the learning in time. Thread, whenever it has time. */
 void drive_learn(struct axis *a);
@@ -278,6 +278,6 @@ static inline struct outcome mode_within(int32_t x, int32_t limit, enum error er
 void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target);
 
 /* What the speed loop may ask for beside the feed-forward torque, which is returned (modes.c). Slow loop. */
-int32_t mode_room_beside_known(struct axis *a, struct interval *room);
+int32_t mode_torque_room(struct axis *a, struct interval *room);
 
 #endif

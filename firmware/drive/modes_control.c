@@ -53,7 +53,7 @@ static int32_t friction_torque_q15(const struct speed_loop *s, const struct tuni
     return scale_clamp(answer_q15, -t->friction_q15, t->friction_q15);
 }
 
-int32_t modes_known_torque_q15(struct axis *a)
+int32_t modes_feedforward_torque_q15(struct axis *a)
 {
     struct motion *const m = &a->motion;
     if (a->tuning.friction_q15 == 0 && m->cogging.count == 0) {
@@ -71,14 +71,14 @@ int32_t modes_known_torque_q15(struct axis *a)
  * Computes what the speed loop may ask for on top of the feed-forward torque for cogging and friction. torque_ask() limits the
  * total. Returns the feed-forward torque.
  */
-int32_t mode_room_beside_known(struct axis *a, struct interval *room)
+int32_t mode_torque_room(struct axis *a, struct interval *room)
 {
     *room = a->torque.limits;
     a->speed.torque_is_slow = a->torque.flux.decides;
     if (!rotor_has_encoder(a)) {
         return 0;
     }
-    const int32_t known_q15 = modes_known_torque_q15(a);
+    const int32_t known_q15 = modes_feedforward_torque_q15(a);
     room->low -= known_q15;
     room->high -= known_q15;
     return known_q15;
@@ -90,7 +90,7 @@ void modes_control_speed(struct axis *a, int32_t slope_q16)
         return;
     }
     struct interval room;
-    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    const int32_t known_q15 = mode_torque_room(a, &room);
     modes_request_torque(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
     if (rotor_is_sensorless(a)) {
         sensorless_after_control(a);

@@ -27,7 +27,7 @@ struct outcome drive_defaults(struct axis *a)
         return outcome_of(ERROR_DRIVE_IS_ON);
     }
     params_init(&a->params);
-    a->nvm_afresh = true;
+    a->nvm_from_defaults = true;
     fault_initial_choices(a->reactions.choice);
     return OUTCOME_OK;
 }
@@ -248,15 +248,15 @@ struct outcome nvm_check(const struct params *p, struct tuning *t)
 static void stored_take_over(struct axis *a, const struct candidate *c)
 {
     a->params = c->params;
-    a->nvm_afresh = false;
+    a->nvm_from_defaults = false;
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         a->reactions.choice[cause] = c->choice[cause];
     }
-    if (axis_fabric_doubted(a) || !source_has((uint32_t)c->params.angle_source, SOURCE_COUNTS)) {
+    if (axis_fabric_is_untrusted(a) || !source_has((uint32_t)c->params.angle_source, SOURCE_COUNTS)) {
         return;
     }
     if (c->index_known || c->cogging.count > 0) {
-        adopt_tuning(a, &c->tuning);
+        apply_tuning(a, &c->tuning);
     }
     if (c->index_known && !a->start.aligned) { /* what was found in this run is newer */
         a->start.index_offset_q32 = c->index_offset_q32;
@@ -338,7 +338,7 @@ static bool slow_loop_lives(const struct axis *a)
 /* Conversions go unanswered while a page is programmed: the slow loop must not take that for a stopped current loop. */
 static void excuse(struct axis *a)
 {
-    a->pace_chosen_ms = a->time_ms;
+    a->rate_chosen_ms = a->time_ms;
 }
 
 static void program(struct saving *x)
@@ -353,8 +353,8 @@ static void program(struct saving *x)
     const uint32_t mask = cpu_irq_save();
     const enum envm_result result = envm_program_page(x->writer.page_offset, x->writer.page);
     excuse(x->axis);
-    if (x->axis->beside != NULL) {
-        excuse(x->axis->beside);
+    if (x->axis->other_axis != NULL) {
+        excuse(x->axis->other_axis);
     }
     cpu_irq_restore(mask);
     x->problem = error_of_envm[result];
@@ -406,7 +406,7 @@ static void put_reactions(struct saving *x)
 /* What the newest slot has of another image, which may come back. */
 static void put_foreign(struct saving *x, const struct slots *s, const struct slots_view *view)
 {
-    if (!view->any || x->axis->nvm_afresh) {
+    if (!view->any || x->axis->nvm_from_defaults) {
         return;
     }
     struct record_reader reader = records_read(slots_records(s, view->newest), view->records_bytes[view->newest]);
@@ -421,7 +421,7 @@ static void put_foreign(struct saving *x, const struct slots *s, const struct sl
 /* Both are relative to the index, in the scale they were learned in: is that the set's scale? */
 static bool of_this_encoder(const struct axis *a, const struct tuning *set)
 {
-    return rotor_has_encoder(a) && set->angle_source == a->tuning.angle_source && !axis_fabric_doubted(a) &&
+    return rotor_has_encoder(a) && set->angle_source == a->tuning.angle_source && !axis_fabric_is_untrusted(a) &&
            set->encoder_scale_q32 == a->tuning.encoder_scale_q32 && set->encoder_counts == a->tuning.encoder_counts &&
            !identify_in_rotor_frame(&a->identify);
 }
@@ -469,7 +469,7 @@ static struct outcome state_forbids(const struct axis *a, struct tuning *set)
     if (q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4) {
         return outcome_of(ERROR_TURNING);
     }
-    if (a->beside != NULL && !is_at_rest(a->beside)) {
+    if (a->other_axis != NULL && !is_at_rest(a->other_axis)) {
         return outcome_of(ERROR_SAVE_BESIDE_ON);
     }
     return nvm_check(&a->params, set);
@@ -522,6 +522,6 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
     if (x.problem == ERROR_NONE && !is_stored(s, &x.writer)) {
         x.problem = ERROR_ENVM_VERIFY;
     }
-    a->nvm_afresh = a->nvm_afresh && x.problem != ERROR_NONE;
+    a->nvm_from_defaults = a->nvm_from_defaults && x.problem != ERROR_NONE;
     return outcome_of(x.problem);
 }

@@ -56,7 +56,7 @@ void owner_leave(struct axis *a, enum owner who)
     }
 }
 
-void owner_hear(struct axis *a, enum owner who)
+void owner_message(struct axis *a, enum owner who)
 {
     if (a->owner.who == OWNER_NONE || a->owner.who == (uint32_t)who) {
         a->command_ms = a->time_ms;

@@ -44,7 +44,7 @@ void owner_give_up(struct axis *a);
 void owner_leave(struct axis *a, enum owner who);
 
 /* A sign of life; only the owner's counts where there is one. */
-void owner_hear(struct axis *a, enum owner who);
+void owner_message(struct axis *a, enum owner who);
 
 /* The owner is silent for longer than command_timeout_ms, or its bus says that it is gone. Any context. */
 bool owner_is_lost(const struct axis *a);

@@ -38,7 +38,7 @@ static bool reduce_speed_gain(struct axis *a)
         return false;
     }
     a->reactions.gain_reductions++;
-    retune_softened(a);
+    retune_reduced_gains(a);
     return true;
 }
 

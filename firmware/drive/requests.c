@@ -15,7 +15,7 @@
 
 bool request_settled(const struct axis *a)
 {
-    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+    for (uint32_t poll = 0; poll < REQUEST_TIMEOUT_POLLS; poll++) {
         if (a->request == AXIS_REQUEST_NONE) {
             return true;
         }
@@ -40,20 +40,20 @@ bool drive_is_off(const struct axis *a)
 }
 
 /* Bursts of the one and pulses of the other that looks for a turning rotor: the slow loop has no time for both. */
-static bool beside_identifies(const struct axis *a)
+static bool other_axis_identifies(const struct axis *a)
 {
-    return a->beside != NULL && a->beside->identify.running;
+    return a->other_axis != NULL && a->other_axis->identify.running;
 }
 
-static bool beside_catches(const struct axis *a)
+static bool other_axis_catches(const struct axis *a)
 {
-    return a->beside != NULL && source_has(a->beside->tuning.angle_source, SOURCE_CATCHES) &&
-           (a->beside->switching.under_way || a->beside->state == AXIS_SWITCHED_ON);
+    return a->other_axis != NULL && source_has(a->other_axis->tuning.angle_source, SOURCE_CATCHES) &&
+           (a->other_axis->switching.under_way || a->other_axis->state == AXIS_SWITCHED_ON);
 }
 
 enum error drive_state_forbids_on(const struct axis *a)
 {
-    if (beside_identifies(a) && source_has((uint32_t)a->params.angle_source, SOURCE_CATCHES)) {
+    if (other_axis_identifies(a) && source_has((uint32_t)a->params.angle_source, SOURCE_CATCHES)) {
         return ERROR_IDENTIFY_BESIDE;
     }
     if (a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION || a->faults.cause != FAULT_NONE) {
@@ -90,8 +90,8 @@ struct outcome drive_identify(struct axis *a)
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
     }
-    if (beside_identifies(a) || beside_catches(a)) {
-        return outcome_of(beside_identifies(a) ? ERROR_IDENTIFY_BESIDE : ERROR_CATCHES_BESIDE);
+    if (other_axis_identifies(a) || other_axis_catches(a)) {
+        return outcome_of(other_axis_identifies(a) ? ERROR_IDENTIFY_BESIDE : ERROR_CATCHES_BESIDE);
     }
     struct outcome problem = identify_begin(&a->identify, &a->params);
     if (problem.error != ERROR_NONE) {
@@ -139,7 +139,7 @@ void drive_withdraw(struct axis *a)
 struct outcome drive_switch_off(struct axis *a)
 {
     drive_withdraw(a);
-    if (axis_fabric_doubted(a)) {
+    if (axis_fabric_is_untrusted(a)) {
         return OUTCOME_OK;
     }
     if (!request_settled(a)) {
@@ -221,7 +221,7 @@ struct outcome drive_clear_latches(struct axis *a)
     if (a->state != AXIS_FAULT) {
         return outcome_of(ERROR_NO_FAULT);
     }
-    if (axis_fabric_doubted(a)) {
+    if (axis_fabric_is_untrusted(a)) {
         return outcome_of(ERROR_FABRIC_DOUBTED);
     }
     enum error problem = device_error();

@@ -13,7 +13,7 @@ struct axis;
 struct tuning;
 
 /* Twice what a live slow loop needs: each pass of the wait takes at least five cycles. */
-#define REQUEST_PATIENCE_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
+#define REQUEST_TIMEOUT_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
 
 /* Waits until the previous request has been taken; false if it never is. Thread. */
 bool request_settled(const struct axis *a);

@@ -27,9 +27,9 @@ struct axis;
 
 struct start {
     uint32_t phase;
-    uint32_t latched; /* the encoder's, when the zero measurement began */
-    uint32_t doubted; /* enum fault: what the wiring looked like, or what it may be the cause of */
-    uint32_t tries;   /* how often the rotor was found turning */
+    uint32_t latched;   /* the encoder's, when the zero measurement began */
+    uint32_t suspected; /* enum fault: what the wiring looked like, or what it may be the cause of */
+    uint32_t tries;     /* how often the rotor was found turning */
     struct calibration calibration;
     struct wiring wiring;
     struct alignment alignment;
@@ -40,7 +40,7 @@ struct start {
     bool wired;                /* with Hall switches, no encoder: the wiring has been checked */
     bool remembered;           /* the offset was known before this start began */
     bool learns;               /* `learn hall`, not `on`: it ends with the bridge off */
-    bool unseen;               /* what the sensors show in the second sample of a period */
+    bool recheck_wiring;       /* what the sensors show in the second sample of a period */
     uint32_t index_offset_q32; /* the field's angle at the index */
 };
 
@@ -64,7 +64,7 @@ void start_learn_index(struct axis *a);
 void start_forget(struct axis *a);
 
 /* A fault has ended operation, or the start: what was known may be wrong by it, or have caused it. Slow loop. */
-void start_doubt(struct axis *a, enum fault cause);
+void start_forget_after(struct axis *a, enum fault cause);
 
 /* ==== the parts of a start ==== */
 
@@ -74,16 +74,16 @@ enum start_phase {
     START_CALIBRATE,
     START_WIRING,
     START_ALIGN,
-    START_FOLLOW,     /* from the prescribed field to the rotor's; the bridge is off for a moment */
-    START_FIELD,      /* without an encoder: align the rotor with a field */
-    START_IDENTIFY,   /* in place of the alignment: it ends with the bridge off */
-    START_CATCH,      /* without an encoder: does the rotor turn already? */
-    START_DOUBT,      /* without an encoder: did it turn while the wiring looked wrong? */
-    START_INJECTION,  /* without an encoder: find the rotor by its saliency */
-    START_HALL,       /* Hall switches give the angle */
-    START_LAY_HALL,   /* `learn hall`: align the rotor with a field, */
-    START_LEARN_HALL, /* then turn it to find the table: ends with the bridge off */
-    START_CONFIRM,    /* a remembered offset is held against the rotor */
+    START_FOLLOW,        /* from the prescribed field to the rotor's; the bridge is off for a moment */
+    START_FIELD,         /* without an encoder: align the rotor with a field */
+    START_IDENTIFY,      /* in place of the alignment: it ends with the bridge off */
+    START_CATCH,         /* without an encoder: does the rotor turn already? */
+    START_CHECK_TURNING, /* without an encoder: did it turn while the wiring looked wrong? */
+    START_INJECTION,     /* without an encoder: find the rotor by its saliency */
+    START_HALL,          /* Hall switches give the angle */
+    START_ALIGN_HALL,    /* `learn hall`: align the rotor with a field, */
+    START_LEARN_HALL,    /* then turn it to find the table: ends with the bridge off */
+    START_CONFIRM,       /* a remembered offset is held against the rotor */
     START_PHASES
 };
 
@@ -107,8 +107,8 @@ struct start_source {
     void (*calibrated)(struct axis *a);   /* zeros known: opens the gates, tries again, or raises a fault */
     void (*wired)(struct axis *a);        /* the wiring is right: the first of its phases */
     bool (*driven)(const struct axis *a); /* by a load, in the wiring's test; NULL: it does not see that */
-    void (*doubt)(struct axis *a,
-                  enum fault fault);             /* the wiring looks so; or is the rotor driven? NULL: it looks so */
+    void (*wiring_failed)(struct axis *a,
+                          enum fault fault);     /* the wiring looks so; or is the rotor driven? NULL: it looks so */
     bool (*step)(struct axis *a);                /* one of its phases; true when operation may begin */
     bool (*holds_voltage)(const struct axis *a); /* this phase prescribes a voltage, and regulates nothing */
 };

@@ -65,7 +65,7 @@ static bool may_be_offset(enum fault cause)
            cause == FAULT_OSCILLATION || cause == FAULT_HOMING;
 }
 
-void start_doubt(struct axis *a, enum fault cause)
+void start_forget_after(struct axis *a, enum fault cause)
 {
     struct start *const s = &a->start;
     if (cause == FAULT_OFFSET || (s->remembered && may_be_offset(cause))) {
@@ -85,7 +85,7 @@ static void forget_lost_signals(struct axis *a)
     struct encoder_regs *const encoder = &a->fabric->encoder;
     if ((encoder_status(encoder) & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
         encoder_clear(encoder, ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);
-        start_doubt(a, FAULT_ENCODER);
+        start_forget_after(a, FAULT_ENCODER);
     }
 }
 
@@ -191,7 +191,7 @@ static void step_check(struct axis *a)
     case OFFSET_WRONG:
         fault_raise_with(a, FAULT_OFFSET, o->off_deg, 0);
         break;
-    case OFFSET_UNSEEN:
+    case OFFSET_UNKNOWN:
         look_again(a);
         break;
     case OFFSET_RIGHT:

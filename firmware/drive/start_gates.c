@@ -35,7 +35,7 @@ void start_follow(struct axis *a, enum loop_source source)
 void start_open_gates(struct axis *a)
 {
     struct start *const s = &a->start;
-    const bool known = s->aligned && !s->unseen;
+    const bool known = s->aligned && !s->recheck_wiring;
     if (rotor_is_sensorless(a)) {
         start_follow(a, LOOP_OBSERVER);
     } else {

@@ -72,7 +72,7 @@ void start_hall(struct axis *a)
         look_at_wiring(a);
     } else if (!hall_state_is_valid(&a->hall, state)) {
         fault_raise_with(a, FAULT_HALL_INVALID, (int32_t)state, 0);
-    } else if ((a->start.wired && !a->start.unseen) || start_hall_moved(a) >= TURNS_COUNTS) {
+    } else if ((a->start.wired && !a->start.recheck_wiring) || start_hall_moved(a) >= TURNS_COUNTS) {
         hall_start_lead(a);
     } else {
         look_at_wiring(a);
@@ -88,10 +88,10 @@ void start_hall_wired(struct axis *a)
     }
     start_follow(a, LOOP_HALL);
     sensorless_begin(a);
-    a->start.phase = START_LAY_HALL;
+    a->start.phase = START_ALIGN_HALL;
 }
 
-static bool step_laying(struct axis *a)
+static bool step_hall_alignment(struct axis *a)
 {
     if (sensorless_align(a)) {
         hall_learn_begin(&a->hall_learn);
@@ -100,7 +100,7 @@ static bool step_laying(struct axis *a)
     return false;
 }
 
-static bool step_learning(struct axis *a)
+static bool step_hall_learning(struct axis *a)
 {
     struct hall_learn *const l = &a->hall_learn;
     switch (hall_learn_step(l, &a->loop, &a->fabric->encoder, &a->tuning)) {
@@ -130,16 +130,16 @@ static bool hall_driven(const struct axis *a)
 
 static bool hall_holds_voltage(const struct axis *a)
 {
-    return a->start.phase == START_LAY_HALL;
+    return a->start.phase == START_ALIGN_HALL;
 }
 
 bool start_hall_step(struct axis *a)
 {
     switch (a->start.phase) {
-    case START_LAY_HALL:
-        return FEATURE_IN(LEARN) && step_laying(a);
+    case START_ALIGN_HALL:
+        return FEATURE_IN(LEARN) && step_hall_alignment(a);
     case START_LEARN_HALL:
-        return FEATURE_IN(LEARN) && step_learning(a);
+        return FEATURE_IN(LEARN) && step_hall_learning(a);
     case START_HALL:
     default:
         return true;

@@ -5,7 +5,7 @@
 
 static void sensorless_begin_start(struct axis *a)
 {
-    a->start.doubted = FAULT_NONE; /* nothing shows the rotor yet */
+    a->start.suspected = FAULT_NONE; /* nothing shows the rotor yet */
 }
 
 static void sensorless_calibrated(struct axis *a)
@@ -16,12 +16,12 @@ static void sensorless_calibrated(struct axis *a)
 }
 
 /* Switches off, and the EMF tells whether the rotor is driven, which looks like wrong wiring. */
-static void sensorless_doubt(struct axis *a, enum fault fault)
+static void sensorless_wiring_failed(struct axis *a, enum fault fault)
 {
     current_loop_off(&a->loop, a->fabric);
     flying_begin(a);
-    a->start.doubted = fault;
-    a->start.phase = START_DOUBT;
+    a->start.suspected = fault;
+    a->start.phase = START_CHECK_TURNING;
 }
 
 /* Injection needs a measurement at rest; without it a reluctance rotor cannot be led through standstill. */
@@ -45,13 +45,13 @@ static bool step_catch(struct axis *a)
     return result == FLYING_CAUGHT && may_lead(a);
 }
 
-static void step_doubt(struct axis *a)
+static void step_check_turning(struct axis *a)
 {
     const enum flying_result result = flying_step(a);
     if (result == FLYING_CAUGHT) {
         fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
     } else if (result == FLYING_STANDS) {
-        fault_raise_with(a, a->start.doubted, a->start.wiring.phase, 0);
+        fault_raise_with(a, a->start.suspected, a->start.wiring.phase, 0);
     }
 }
 
@@ -71,7 +71,7 @@ static void raise_saliency(struct axis *a)
 void start_sensorless_wired(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning);
-    if (FEATURE_IN(INJECTION) && a->start.doubted == FAULT_SALIENCY) {
+    if (FEATURE_IN(INJECTION) && a->start.suspected == FAULT_SALIENCY) {
         raise_saliency(a);
         return;
     }
@@ -100,7 +100,7 @@ static void refuse_saliency(struct axis *a)
         return;
     }
     injection_reset(&a->loop, &a->tuning);
-    a->start.doubted = FAULT_SALIENCY;
+    a->start.suspected = FAULT_SALIENCY;
     start_open_gates(a);
 }
 
@@ -137,8 +137,8 @@ bool start_sensorless_step(struct axis *a)
     switch (a->start.phase) {
     case START_CATCH:
         return step_catch(a);
-    case START_DOUBT:
-        step_doubt(a);
+    case START_CHECK_TURNING:
+        step_check_turning(a);
         return false;
     case START_INJECTION:
         return FEATURE_IN(INJECTION) && step_injection(a);
@@ -163,6 +163,6 @@ const struct start_source start_by_observer = {.before = rotor_take_speed,
                                                .begin = sensorless_begin_start,
                                                .calibrated = sensorless_calibrated,
                                                .wired = start_sensorless_wired,
-                                               .doubt = sensorless_doubt,
+                                               .wiring_failed = sensorless_wiring_failed,
                                                .step = start_sensorless_step,
                                                .holds_voltage = start_sensorless_holds_voltage};

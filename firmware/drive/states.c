@@ -36,9 +36,9 @@ static void set_fabric(struct axis *a)
 
 static void make_ready_with(struct axis *a, const struct tuning *t)
 {
-    adopt_tuning(a, t);
+    apply_tuning(a, t);
     set_fabric(a);
-    a->pace_chosen_ms = a->time_ms; /* a carrier may have rested, and the pace may be another */
+    a->rate_chosen_ms = a->time_ms; /* a carrier may have rested, and the pace may be another */
     current_loop_tune(&a->loop, &a->tuning);
     fault_forget_warnings(&a->reports);
     a->reactions.gain_reductions = 0;
@@ -124,7 +124,7 @@ static void react_to_fault(struct axis *a)
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
     a->failover.pending = FAULT_NONE;
-    start_doubt(a, (enum fault)a->faults.cause);
+    start_forget_after(a, (enum fault)a->faults.cause);
 }
 
 static bool fault_is_latched(struct axis *a)
@@ -148,7 +148,7 @@ struct transition {
 /* The first that fits counts. docs/states.md: tests/tools/states_page.py reads one row a line. */
 static const struct transition transition_table[] = {
     {IN(NOT_READY), DRIVE_EVENT_BOOTED, AXIS_SWITCH_ON_DISABLED, NULL, NULL},
-    {IN(NOT_READY), DRIVE_EVENT_DOUBTED, AXIS_FAULT, NULL, NULL},
+    {IN(NOT_READY), DRIVE_EVENT_UNTRUSTED, AXIS_FAULT, NULL, NULL},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_ON, AXIS_READY, NULL, make_ready},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_IDENTIFY, AXIS_READY, NULL, make_ready_to_identify},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_LEARN_HALL, AXIS_READY, NULL, make_ready_to_learn},

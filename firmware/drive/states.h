@@ -16,7 +16,7 @@ struct axis;
 enum drive_event {
     DRIVE_EVENT_NONE,
     DRIVE_EVENT_BOOTED,     /* start-up trusts the fabric */
-    DRIVE_EVENT_DOUBTED,    /* it does not */
+    DRIVE_EVENT_UNTRUSTED,  /* it does not */
     DRIVE_EVENT_ON,         /* requests: `on`, */
     DRIVE_EVENT_IDENTIFY,   /* `identify`, */
     DRIVE_EVENT_LEARN_HALL, /* `learn hall`, */

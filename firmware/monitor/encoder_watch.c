@@ -176,7 +176,7 @@ void encoder_watch_seed_at_sample(const struct axis *a, enum fault cause, struct
     const int32_t surprise_q32 = encoder_watch_surprise_q32(a);
     if (cause == FAULT_ENCODER_DEAD) {
         by_last_edge(a, seed);
-    } else if (e->doubt_ms != 0u) {
+    } else if (e->suspect_ms != 0u) {
         *seed = e->sound;
     } else if (angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         *seed = encoder_watch_seed_of(a, encoder_latched(encoder), surprise_q32, encoder_latch_clock(encoder));
@@ -190,7 +190,7 @@ void encoder_watch_seed(const struct axis *a, enum fault cause, struct rotor_see
 {
     if (cause == FAULT_ENCODER_DEAD) {
         by_last_edge(a, seed);
-    } else if (a->supervision.encoder.doubt_ms != 0u) {
+    } else if (a->supervision.encoder.suspect_ms != 0u) {
         *seed = a->supervision.encoder.sound;
     } else if (cause == FAULT_ENCODER_SLIP) {
         by_slip(a, seed);
@@ -202,35 +202,35 @@ void encoder_watch_seed(const struct axis *a, enum fault cause, struct rotor_see
 int32_t encoder_watch_torque_q29(const struct axis *a)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
-    return e->doubt_ms != 0u ? e->torque_q29 : a->speed.integral_q29;
+    return e->suspect_ms != 0u ? e->torque_q29 : a->speed.integral_q29;
 }
 
 void encoder_watch_forget(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
     a->speed.integral_q29 = encoder_watch_torque_q29(a);
-    e->doubt_ms = 0;
+    e->suspect_ms = 0;
     e->still_ms = 0;
     e->against_ms = 0;
 }
 
-#define JUMP_DEG     20u
-#define JUMP_COUNTS  3u                /* of a coarse encoder: less is edge noise */
-#define DEGREES(n)   (11930464u * (n)) /* Q32 */
-#define JUMP_MOST    45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
-#define JUMP_SHIFT   4                 /* what is usual fades by a sixteenth a millisecond */
-#define DOUBT_MS     8u
-#define DOUBT_BAD_MS 2u   /* the EMF must contradict for this long */
-#define TURNED_TIMES 3u   /* contradictions needed without a jump: slow loss of counts */
-#define AGREED_OFTEN 8u   /* from then on the offset is the rotor's, whatever happens */
-#define STILL_MS     4u   /* without a count: the encoder may be dead */
-#define STILL_TURN   150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
-#define ACROSS_SHIFT 6    /* a 64th of the bus: what dead time leaves, across the current */
-#define STILL_COUNTS 8u
-#define INDEX_COUNTS 2  /* from pulse to pulse */
-#define EMF_TURN     1u /* the EMF is computed, */
-#define JUDGE_TURN   3u /* and judged; in the others it is held against what it was */
-#define INDEX_DRIFT  4  /* from the first pulse, in the same direction */
+#define JUMP_DEG       20u
+#define JUMP_COUNTS    3u                /* of a coarse encoder: less is edge noise */
+#define DEGREES(n)     (11930464u * (n)) /* Q32 */
+#define JUMP_MOST      45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
+#define JUMP_SHIFT     4                 /* what is usual fades by a sixteenth a millisecond */
+#define SUSPECT_MS     8u
+#define SUSPECT_BAD_MS 2u   /* the EMF must contradict for this long */
+#define TURNED_TIMES   3u   /* contradictions needed without a jump: slow loss of counts */
+#define AGREED_OFTEN   8u   /* from then on the offset is the rotor's, whatever happens */
+#define STILL_MS       4u   /* without a count: the encoder may be dead */
+#define STILL_TURN     150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
+#define ACROSS_SHIFT   6    /* a 64th of the bus: what dead time leaves, across the current */
+#define STILL_COUNTS   8u
+#define INDEX_COUNTS   2  /* from pulse to pulse */
+#define EMF_TURN       1u /* the EMF is computed, */
+#define JUDGE_TURN     3u /* and judged; in the others it is held against what it was */
+#define INDEX_DRIFT    4  /* from the first pulse, in the same direction */
 
 static int32_t w_of(const struct axis *a, int32_t speed_q32)
 {
@@ -297,9 +297,9 @@ struct rotor_seed encoder_watch_seed_of(const struct axis *a, uint32_t count, in
     return (struct rotor_seed){.angle_q32 = angle_q32 - (uint32_t)jump_q32, .clock = clock};
 }
 
-static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
+static void begin_suspicion(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
 {
-    e->doubt_ms = DOUBT_MS;
+    e->suspect_ms = SUSPECT_MS;
     e->jump_q32 = jump_q32;
     e->w_before_q15 = w_of(a, e->speed_before_q32);
     e->emf_before = e->emf.filtered;
@@ -343,7 +343,7 @@ static void judge_still(struct axis *a, struct encoder_watch *e)
     const bool left = emf_is_left(a, e, tells);
     const uint32_t samples = ++e->looked_ms * (uint32_t)a->tuning.loops_per_slow;
     e->turning_ms = left ? e->turning_ms + 1u : 0u;
-    if (e->turning_ms >= (tells ? 1u : DOUBT_BAD_MS)) {
+    if (e->turning_ms >= (tells ? 1u : SUSPECT_BAD_MS)) {
         fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
     } else if (!left && (tells || (uint64_t)samples * angle_size_q32(e->speed_moving_q32) > DEGREES(STILL_TURN))) {
         e->speed_moving_q32 = 0;
@@ -351,25 +351,25 @@ static void judge_still(struct axis *a, struct encoder_watch *e)
     }
 }
 
-static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
+static void resolve_suspicion(struct axis *a, struct encoder_watch *e, bool stands)
 {
     const bool clear = emf_is_clear(&e->emf);
-    e->doubt_ms--;
-    if (e->doubt_ms >= DOUBT_MS - 1u) {
+    e->suspect_ms--;
+    if (e->suspect_ms >= SUSPECT_MS - 1u) {
         return; /* this millisecond's voltages are still the old ones */
     }
     if (stands) {
         if (!e->stopped) {
             judge_still(a, e);
         }
-        e->doubt_ms = e->stopped ? 0u : e->doubt_ms + (e->doubt_ms == 0u ? 1u : 0u);
+        e->suspect_ms = e->stopped ? 0u : e->suspect_ms + (e->suspect_ms == 0u ? 1u : 0u);
         return;
     }
     if (clear && emf_judge_change(&e->emf, &e->emf_before, e->w_before_q15 < 0) == EMF_AGREES) {
         return;
     }
     e->against_ms++;
-    if (!clear || e->against_ms >= DOUBT_BAD_MS) {
+    if (!clear || e->against_ms >= SUSPECT_BAD_MS) {
         fault_report(a, FAULT_ENCODER_SLIP, degrees(e->jump_q32), 0);
     }
 }
@@ -478,7 +478,7 @@ enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
     if (!running) {
         return seen;
     }
-    if (e->doubt_ms == 0u && angle_size_q32(encoder_watch_surprise_q32(a)) <= e->jump_limit_q32) {
+    if (e->suspect_ms == 0u && angle_size_q32(encoder_watch_surprise_q32(a)) <= e->jump_limit_q32) {
         return seen;
     }
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
@@ -488,12 +488,12 @@ enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
  * After a jump of the count the observer's speed is the jump's; the rotor's is taken to be the earlier one. If the counts stand
  * still, so does the frame, as the observer comes to rest: then the currents do not respond to the rotor at all.
  */
-static void look_in_doubt(struct axis *a, struct encoder_watch *e)
+static void check_suspect(struct axis *a, struct encoder_watch *e)
 {
     const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
     const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
     emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15, frame_w_q15);
-    resolve_doubt(a, e, stands);
+    resolve_suspicion(a, e, stands);
 }
 
 /* Checks the encoder's angle by the EMF, if there is enough; and the index, if there was a pulse. */
@@ -513,8 +513,8 @@ static void encoder_watch_judge(struct axis *a, struct encoder_watch *e)
 static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
-    if (e->doubt_ms != 0u) {
-        look_in_doubt(a, e);
+    if (e->suspect_ms != 0u) {
+        check_suspect(a, e);
     } else if (e->still_ms >= STILL_MS && counts_are_due(a, 1)) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_of(a, e->speed_moving_q32), w_q15);
         judge_still(a, e);
@@ -559,11 +559,11 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
     struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t reported = a->reports.count;
     const int32_t surprise_q32 = look_at_count(a, e);
-    if (e->doubt_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
-        begin_doubt(a, e, surprise_q32);
-    } else if (e->doubt_ms == 0u) {
+    if (e->suspect_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
+        begin_suspicion(a, e, surprise_q32);
+    } else if (e->suspect_ms == 0u) {
         follow_usual(e, angle_size_q32(surprise_q32));
     }
     encoder_watch_look_at_emf(a, e, turn);
-    return e->doubt_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
+    return e->suspect_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
 }

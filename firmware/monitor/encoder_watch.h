@@ -49,7 +49,7 @@ struct encoder_watch {
     struct slip_watch slip;
     int32_t speed_q32;            /* the observer's at the last step */
     int32_t speed_before_q32;     /* and one step earlier */
-    uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
+    uint32_t suspect_ms;          /* how much longer the encoder is in doubt */
     int32_t jump_q32;             /* the jump that put it in doubt, electrical */
     int32_t w_before_q15;         /* speed before the jump */
     struct rotor_seed sound;      /* the rotor as predicted by the speed before the jump */

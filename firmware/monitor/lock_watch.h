@@ -32,8 +32,8 @@ struct axis;
 struct hall_watch {
     uint32_t invalid, skipped;   /* the interrupt's counts at the last step */
     struct rotor_seed sound;     /* the rotor at that step, whatever the switches say */
-    uint32_t doubt_ms;           /* how long they have said something else */
-    uint32_t doubt_q16;          /* and how far it has turned since, electrical turns */
+    uint32_t suspect_ms;         /* how long they have said something else */
+    uint32_t suspect_turns_q16;  /* and how far it has turned since, electrical turns */
     int32_t torque_q29;          /* the speed loop's torque memory before that */
     int32_t emf_q4, expected_q4; /* along the frame, filtered; 4 more bits */
     uint32_t wrong_ms;           /* that the former is missing */
@@ -74,7 +74,7 @@ struct field_watch {
 #define FIELD_WATCH_POINTS 120 /* this many are a fault */
 
 /* True if the rotor may be out of step already: other anomalies are then not the cause. Slow loop. */
-static inline bool field_watch_doubts(const struct field_watch *w)
+static inline bool field_watch_suspects(const struct field_watch *w)
 {
     return w->out > FIELD_WATCH_POINTS / 4;
 }
@@ -99,7 +99,7 @@ void lock_watch_begin(struct lock_watch *w);
  * True if the observer or the injection contradicts itself now: currents are commanded along an angle that may be wrong, so
  * other anomalies are not the cause. Lock lost will be reported soon. Slow loop.
  */
-bool lock_watch_doubts(const struct axis *a);
+bool lock_watch_suspects(const struct axis *a);
 
 /* One millisecond of operation without an encoder; returns false if it has just reported the rotor lost. Slow loop. */
 bool lock_watch_step(struct axis *a);

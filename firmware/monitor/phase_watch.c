@@ -9,7 +9,7 @@
 #define SIN60_Q15         28378
 #define LEAST_SHIFT       4 /* a sixteenth of i_max */
 #define ALL_SHIFT         4 /* weight when no phase carries what is asked */
-#define CARRIED_SHIFT     2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
+#define CONDUCTED_SHIFT   2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
 #define CLAMPED_BUS_SHIFT 4 /* of the bus: three times what 1 us of dead time at 20 kHz hides, either way; */
 #define HELD_BUS_SHIFT    5 /* of a voltage that is held, and does not grow where a phase is open: half of it */
 #define SUSPECT           2 /* of the smallest terms: a phase that may be the cause of something else */
@@ -37,14 +37,14 @@ static int32_t phases_size(const abc_t *i)
  * The reference may be 15 degrees from the measurement: a fast rotor turns by that in a period or two. Closer than that to its
  * zero crossing an intact phase may carry nothing, and at 500 Hz every look may fall there.
  */
-static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
+static int32_t min_current_q15(const struct phase_watch *p, const abc_t *asked)
 {
     return q15_max(p->least_q15, phases_size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
 }
 
 enum phase_look {
-    PHASE_SAYS_NOTHING,
-    PHASE_CARRIES,
+    PHASE_UNKNOWN,
+    PHASE_CONDUCTS,
     PHASE_MISSING,
 };
 
@@ -53,12 +53,12 @@ static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t 
 {
     const int32_t size_q15 = q15_abs(asked_q15);
     if (size_q15 < least_q15) {
-        return PHASE_SAYS_NOTHING;
+        return PHASE_UNKNOWN;
     }
     if (q15_abs(measured_q15) >= size_q15 >> 3) {
-        return PHASE_CARRIES;
+        return PHASE_CONDUCTS;
     }
-    return clamped ? PHASE_SAYS_NOTHING : PHASE_MISSING;
+    return clamped ? PHASE_UNKNOWN : PHASE_MISSING;
 }
 
 /*
@@ -67,11 +67,11 @@ static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t 
  */
 static bool open(struct phase_watch *p, uint32_t phase, enum phase_look look, int32_t asked_q15, uint32_t weight_shift)
 {
-    if (look == PHASE_SAYS_NOTHING) {
+    if (look == PHASE_UNKNOWN) {
         return false;
     }
     const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->least_q15 << (LEAST_SHIFT - 2));
-    p->missing_q15[phase] = look == PHASE_CARRIES ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
+    p->missing_q15[phase] = look == PHASE_CONDUCTS ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
     return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
 }
 
@@ -81,8 +81,8 @@ static bool open(struct phase_watch *p, uint32_t phase, enum phase_look look, in
  */
 static uint32_t weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured, bool any_carries)
 {
-    p->carried_q15 = q15_max(phases_size(measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
-    return any_carries && p->carried_q15 > phases_size(asked) >> 1 ? 0u : ALL_SHIFT;
+    p->conducted_q15 = q15_max(phases_size(measured), p->conducted_q15 - (p->conducted_q15 >> CONDUCTED_SHIFT));
+    return any_carries && p->conducted_q15 > phases_size(asked) >> 1 ? 0u : ALL_SHIFT;
 }
 
 /* By a voltage, in a start: where the field is moved on, the currents follow slowly. */
@@ -120,19 +120,19 @@ void phase_watch_step(struct axis *a)
     const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
     const abc_t asked = phases_of(p->i_d_ref_q15, p->i_q_ref_q15, &cs);
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
-    const int32_t least_q15 = least_that_tells(p, &asked);
+    const int32_t least_q15 = min_current_q15(p, &asked);
     const abc_t clamped = clamped_phases(a, &cs);
     const enum phase_look of_a = look_at(asked.a, measured.a, least_q15, clamped.a);
     const enum phase_look of_b = look_at(asked.b, measured.b, least_q15, clamped.b);
     const enum phase_look of_c = look_at(asked.c, measured.c, least_q15, clamped.c);
-    const bool any_carries = of_a == PHASE_CARRIES || of_b == PHASE_CARRIES || of_c == PHASE_CARRIES;
+    const bool any_carries = of_a == PHASE_CONDUCTS || of_b == PHASE_CONDUCTS || of_c == PHASE_CONDUCTS;
     const uint32_t shift = is_held(a) ? ALL_SHIFT : weight_shift(p, &asked, &measured, any_carries);
     const bool a_open = open(p, 0, of_a, asked.a, shift);
     const bool b_open = open(p, 1, of_b, asked.b, shift);
     const bool c_open = open(p, 2, of_c, asked.c, shift);
-    if ((a_open || b_open || c_open) && !lock_watch_doubts(a)) {
+    if ((a_open || b_open || c_open) && !lock_watch_suspects(a)) {
         const bool led = a->state != AXIS_SWITCHED_ON; /* by a field, perhaps, and out of step with it */
-        fault_report(a, led && field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
+        fault_report(a, led && field_watch_suspects(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
                      open_one(a_open, b_open, c_open), 0);
     }
 }
@@ -151,7 +151,7 @@ bool phase_watch_suspects(const struct axis *a, int32_t *phase)
     const bool b_open = p->missing_q15[1] > least_q15;
     const bool c_open = p->missing_q15[2] > least_q15;
     *phase = open_one(a_open, b_open, c_open);
-    return running && !lock_watch_doubts(a) && (a_open || b_open || c_open);
+    return running && !lock_watch_suspects(a) && (a_open || b_open || c_open);
 }
 
 /* ==== the sensors' zeros ==== */

@@ -13,7 +13,7 @@ struct phase_watch {
     int32_t missing_q15[3];           /* sums, one term every second millisecond */
     int32_t i_d_ref_q15, i_q_ref_q15; /* of the previous millisecond: what the currents have followed since */
     int32_t least_q15;                /* smallest that can be told from zero */
-    int32_t carried_q15;              /* by all phases, in the last few looks */
+    int32_t conducted_q15;            /* by all phases, in the last few looks */
 };
 
 /* Starts, from the parameters. Slow loop, when operation begins. */

@@ -90,7 +90,7 @@ static void lose_speed(struct axis *a)
     if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
         return;
     }
-    if (lock_watch_doubts(a) || encoder_watch_may_be_dead(a) || oscillation_is_answered(&a->speed.oscillation)) {
+    if (lock_watch_suspects(a) || encoder_watch_may_be_dead(a) || oscillation_is_answered(&a->speed.oscillation)) {
         return;
     }
     if (phase_watch_suspects(a, &phase)) {

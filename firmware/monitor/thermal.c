@@ -129,12 +129,12 @@ static void watch_sensor(struct thermal *th, uint32_t sensor_code, int32_t sense
     th->sensor_seen = th->sensor_seen || sensor_code != 0u;
     const bool doubtful =
         th->sensor_seen && (!is_temperature(sensor_code) || is_far_from_model(th, sensed_q4, model_q4));
-    if (doubtful && th->doubts < SENSOR_UPDATES) {
-        th->doubts++;
-    } else if (!doubtful && th->doubts > 0u) {
-        th->doubts--;
+    if (doubtful && th->implausible < SENSOR_UPDATES) {
+        th->implausible++;
+    } else if (!doubtful && th->implausible > 0u) {
+        th->implausible--;
     }
-    th->sensor_fails = th->doubts == SENSOR_UPDATES || (th->sensor_fails && th->doubts > 0u);
+    th->sensor_fails = th->implausible == SENSOR_UPDATES || (th->sensor_fails && th->implausible > 0u);
 }
 
 static void update_limit(struct thermal *th, uint32_t sensor_code)

@@ -52,7 +52,7 @@ struct thermal {
     int32_t factor_q15;               /* of the current limit, 0...1.0 */
     bool sensor_seen;                 /* one is fitted */
     bool sensor_fails;
-    uint32_t doubts; /* updates in which the sensor showed what cannot be, less those in which it did not */
+    uint32_t implausible; /* updates in which the sensor showed what cannot be, less those in which it did not */
 };
 
 /* Restores what `memory` holds if it is valid, else starts cold. Thread, once; memory may be NULL. */

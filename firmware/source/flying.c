@@ -116,7 +116,7 @@ static void turn_to_rotor(struct axis *a)
     const uint32_t mask = cpu_irq_save();
     place(a);
     current_loop_follow_rotor(c);
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     cpu_irq_restore(mask);
     flying_lead(a);
 }

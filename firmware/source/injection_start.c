@@ -172,12 +172,12 @@ static enum injection_result leave_polarity(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     s->tries++;
-    s->told = injection_differ(s);
-    if (!s->told && s->tries < POLARITY_TRIES) {
+    s->polarity_found = injection_differ(s);
+    if (!s->polarity_found && s->tries < POLARITY_TRIES) {
         begin_polarity(a, q15_min(s->i_q15 + s->i_q15 / 2, a->tuning.i_max_q15));
         return INJECTION_RUNNING;
     }
-    if (s->told && s->with < s->against) {
+    if (s->polarity_found && s->with < s->against) {
         injection_turn_round(&a->loop);
     }
     current_loop_ask_d(&a->loop, 0);
@@ -185,7 +185,7 @@ static enum injection_result leave_polarity(struct axis *a)
     return INJECTION_RUNNING;
 }
 
-static enum injection_result tell_polarity(struct axis *a)
+static enum injection_result decide_polarity(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     const uint32_t part = s->ms / POLARITY_MS;
@@ -230,7 +230,7 @@ static uint32_t pushed_most_q32(const struct injection_start *s)
 }
 
 /* Which way it went: 1 forwards, -1 backwards, 0 not known. */
-static int32_t pushed_way(const struct injection_start *s)
+static int32_t pushed_direction(const struct injection_start *s)
 {
     const int64_t apart_q32 = pushed_apart_q32(s);
     if (pushed_most_q32(s) > PUSH_VOID_Q32) {
@@ -240,24 +240,24 @@ static int32_t pushed_way(const struct injection_start *s)
 }
 
 /* As long where one has told, or a longer one might turn it by half a turn. */
-static uint32_t next_push_ms(const struct injection_start *s, int32_t way)
+static uint32_t next_push_ms(const struct injection_start *s, int32_t direction)
 {
     const uint32_t most_q32 = pushed_most_q32(s);
     if (most_q32 > PUSH_VOID_Q32) {
         return s->push_ms > PUSH_FIRST_MS ? s->push_ms / 2u : PUSH_FIRST_MS;
     }
-    return way != 0 || most_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
+    return direction != 0 || most_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
 }
 
 /* Two searches must agree: what lets go of the rotor, or takes hold of it, in the middle of one would tell anything. */
 static enum injection_result leave_push(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
-    const int32_t way = pushed_way(s);
-    const uint32_t next_ms = next_push_ms(s, way);
+    const int32_t direction = pushed_direction(s);
+    const uint32_t next_ms = next_push_ms(s, direction);
     s->searches++;
-    if (way != 0 && way == s->way) {
-        if (way < 0) {
+    if (direction != 0 && direction == s->direction) {
+        if (direction < 0) {
             injection_turn_round(&a->loop);
         }
         return INJECTION_DONE;
@@ -265,7 +265,7 @@ static enum injection_result leave_push(struct axis *a)
     if (next_ms > PUSH_LAST_MS || s->searches == PUSH_SEARCHES) {
         return INJECTION_POLARITY;
     }
-    s->way = way != 0 ? way : s->way;
+    s->direction = direction != 0 ? direction : s->direction;
     begin_push(a, next_ms);
     return INJECTION_RUNNING;
 }
@@ -301,7 +301,7 @@ static enum injection_result rest(struct axis *a)
     if (s->ms < POLARITY_SETTLES) {
         return INJECTION_RUNNING;
     }
-    if (s->told) {
+    if (s->polarity_found) {
         return INJECTION_DONE;
     }
     begin_push(a, PUSH_FIRST_MS);
@@ -327,7 +327,7 @@ static enum injection_result step(struct axis *a)
     case STEP_LOCK:
         return lock(a);
     case STEP_POLARITY:
-        return tell_polarity(a);
+        return decide_polarity(a);
     case STEP_REST:
         return rest(a);
     case STEP_PUSH:

@@ -43,10 +43,10 @@ struct injection_start {
     int32_t i_q15;         /* of the polarity test */
     int32_t with, against; /* responses with each sign of it: sums, and squares of the milliseconds' */
     int64_t with_squares, against_squares;
-    bool told;              /* saturation has told which end is north */
+    bool polarity_found;    /* saturation has told which end is north */
     uint32_t push_ms;       /* each way */
     uint32_t searches;      /* of three windows */
-    int32_t way;            /* what the last one that told anything said: 1 forwards, -1 backwards, 0 nothing yet */
+    int32_t direction;      /* what the last one that told anything said: 1 forwards, -1 backwards, 0 nothing yet */
     uint32_t push_from_q32; /* the angle before, */
     int32_t pushed_q32[PUSH_WINDOWS]; /* and how far it went */
     uint32_t result;                  /* enum injection_result of the last start */

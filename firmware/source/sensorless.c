@@ -43,7 +43,7 @@ void injection_after_control(struct axis *a)
     }
 }
 
-bool injection_wants_back(const struct axis *a)
+bool injection_should_lead(const struct axis *a)
 {
     return a->loop.inject.track != 0 && !observer_is_quick(a, LEAVES_SIXTHS) &&
            injection_room_q8(&a->loop, &a->tuning) > ROOM_BACK_Q8;
@@ -74,7 +74,7 @@ void injection_lead_follow(struct axis *a)
 #define LEADS_ALL \
     MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */
 #define WEAK_MARGIN MARGIN(30) /* and no longer */
-#define DOUBT_MARGIN \
+#define DOUBTFUL_MARGIN \
     MARGIN(60) /* nor if its flux is off by DOUBT_RHO_Q15: at 0.3 it counts as lost (monitor/lock_watch.c) */
 #define DOUBT_RHO_Q15  8847
 #define CALM_MS        20u
@@ -233,7 +233,7 @@ static void observer_takes_over(struct axis *a)
     const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
     current_loop_follow_rotor(c);
     current_loop_correct(c, 0u, -(a->sensorless.grows_q32 / a->tuning.loops_per_slow));
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     rotor_take_speed(a);
     const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
     speed_loop_reset(&a->speed, torque_q15);
@@ -318,7 +318,7 @@ static void field_takes_over(struct axis *a)
     a->sensorless.calm_ms = 0;
     a->sensorless.sees = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     a->speed.ref_rpm_q16 = scale_clamp(2LL * tuning_rpm_q15(&a->tuning, c->pll.speed_q32), -INT32_MAX, INT32_MAX);
 }
 
@@ -337,7 +337,7 @@ static void follow_ramp(struct axis *a)
 static bool observer_is_weak(const volatile struct current_loop *c)
 {
     return c->flux.margin_q8 < WEAK_MARGIN ||
-           (c->flux.margin_q8 < DOUBT_MARGIN && q15_abs(c->flux.rho_q15) > DOUBT_RHO_Q15);
+           (c->flux.margin_q8 < DOUBTFUL_MARGIN && q15_abs(c->flux.rho_q15) > DOUBT_RHO_Q15);
 }
 
 void sensorless_after_control(struct axis *a)
@@ -357,7 +357,7 @@ void sensorless_after_control(struct axis *a)
         injection_after_control(a);
         return;
     }
-    const bool weak = observer_is_weak(c) || (FEATURE_IN(INJECTION) && injection_wants_back(a));
+    const bool weak = observer_is_weak(c) || (FEATURE_IN(INJECTION) && injection_should_lead(a));
     s->weak_ms = s->extra_q15 == 0 && weak ? s->weak_ms + 1u : 0u;
     if (s->weak_ms < WEAK_MS || (FEATURE_IN(INJECTION) && injection_takes_over(a))) {
         return;

@@ -34,7 +34,7 @@ struct axis;
 void injection_after_control(struct axis *a);
 
 /* True if the observer's tracking loop is now too slow and injection is available. Slow loop, while the observer leads. */
-bool injection_wants_back(const struct axis *a);
+bool injection_should_lead(const struct axis *a);
 
 /* The observer sees too little: injection takes over; false if there is none. Slow loop. */
 bool injection_takes_over(struct axis *a);

@@ -20,7 +20,7 @@ class Handlers:
     def __init__(self, system, device, seed):
         self.c, self.axis, self.fabric, self.draw = system, system.axes[0], device.fabric, random.Random(seed)
         system.drive_init(self.axis, device.fabric)
-        self.axis.fabric_doubt, self.loop = 0, self.axis.loop
+        self.axis.fabric_untrusted, self.loop = 0, self.axis.loop
         system.current_loop_init(self.loop)
         self.loop.status_max = self.fabric.gate.STATUS = 1
 

@@ -295,7 +295,7 @@ def test_map_along_turns_slowly_with_each_current(c, begun, reluctant, levels):
 
 def test_map_is_measured_without_compensation_in_the_frame_that_the_constant_speeds_have_found(c, begun):
     begun.tuning.ripple_q10, begun.taken, begun.ahead_q32 = 77, True, 1000
-    c.identify_retake(begun)
+    c.identify_replace(begun)
     assert begun.retuned and begun.tuning.ripple_q10 == begun.ripple_q10 == 77, "a handler serves that knows dead_shift"
     loop = c.current_loop()
     loop.angle_offset_q32 = 123456789
