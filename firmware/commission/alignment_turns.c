@@ -207,7 +207,7 @@ enum alignment_result alignment_again(struct alignment *a, const struct tuning *
 #define SNAP_ONE_IN    100 /* a standard count this close is meant */
 #define EDGES_Q4       8   /* half a count in two turns */
 #define TWO_TURNS_Q4   32  /* of a pole pair, per count of a turn of the shaft */
-#define COUNTS_MOST_Q4 (1 << 23)
+#define COUNTS_MAX_Q4  (1 << 23)
 #define POLE_PAIRS_MAX 50
 
 /* Lines per turn that makers offer; the counts are four times these. */
@@ -247,7 +247,7 @@ static bool fits(int32_t seen_q4, int32_t pole_pairs, int32_t encoder_counts)
 
 struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t encoder_counts)
 {
-    const int32_t seen_q4 = q15_clamp(two_turns_q4, 1, COUNTS_MOST_Q4);
+    const int32_t seen_q4 = q15_clamp(two_turns_q4, 1, COUNTS_MAX_Q4);
     if (fits(seen_q4, pole_pairs, encoder_counts)) {
         return (struct encoder_fit){ENCODER_FITS, pole_pairs, encoder_counts};
     }
@@ -508,9 +508,9 @@ static enum alignment_result step_pass(struct alignment *a, volatile struct curr
 bool load_is_identified(struct alignment *a, const struct tuning *t)
 {
     const uint32_t largest_q32 = load_angle_largest_q32(&a->load);
-    const int32_t most_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
+    const int32_t max_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
     a->detail[0] = (int32_t)(largest_q32 / (DEGREES_45_Q32 / 45));
-    return load_angle_spread_q15(&a->load) <= most_q15 && load_angle_uncertainty_q32(&a->load) <= UNCERTAINTY_Q32 &&
+    return load_angle_spread_q15(&a->load) <= max_q15 && load_angle_uncertainty_q32(&a->load) <= UNCERTAINTY_Q32 &&
            largest_q32 <= (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32);
 }
 

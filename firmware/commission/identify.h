@@ -302,7 +302,7 @@ struct identify {
     int32_t counts;       /* of the encoder since identify began, or since the last take-over */
     int32_t axis_counts;  /* where the axis was measured */
     uint32_t start_q32;   /* rotor's angle at the first one */
-    int32_t rpm_most;     /* speed limit from now on */
+    int32_t rpm_max;      /* speed limit from now on */
     int32_t ramp_i_q15;   /* current of the ramps; before that of the push: they take it at least */
     int64_t ramp_mrad_s2; /* as it has accelerated */
     int32_t flux_e1_uwb;  /* flux so far, tenths */

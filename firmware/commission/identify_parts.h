@@ -34,7 +34,7 @@ static inline int32_t identify_tenths_q15(const struct identify *d, int32_t tent
 }
 
 /* The largest current for turning the rotor; the rest is left to the loops. */
-static inline int32_t identify_i_most_q15(const struct identify *d)
+static inline int32_t identify_i_max_q15(const struct identify *d)
 {
     return identify_tenths_q15(d, 8);
 }

@@ -20,7 +20,7 @@
 #define RISE_MS        300
 #define HOLD_MS        450u
 #define RELUCTANT_PART 2 /* of the rated current: enough for reluctance to hold the rotor, off the magnets' axis */
-#define LEAST_COUNTS   4
+#define MIN_COUNTS     4
 #define QUARTER_Q32    (1 << 30)
 #define APART_ONE_IN   10
 #define EVEN_PART      3 /* of a third's way, by which another may differ; */
@@ -32,7 +32,7 @@
 
 /* Largest speed that check_limits() in tuning.c accepts. */
 #define OVERSPEED_E_RPM ((int32_t)(60LL * CONFIG_SPEED_BASE_HZ * 95 / 100))
-#define OVERSPEED_MOST  32000
+#define OVERSPEED_MAX   32000
 
 static void begin_pass(const struct identify *d, struct field_pass *p)
 {
@@ -72,7 +72,7 @@ bool identify_measure_turn(struct identify *d, const struct measure_io *io)
         pendulum_start(&m->rotor, RAMP_MS, 0, PULLED_Q32);
         begin_pass(d, &m->field);
     }
-    const int32_t pull_q15 = d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_most_q15(d);
+    const int32_t pull_q15 = d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_max_q15(d);
     const int32_t i_q15 = measure_ramp(pull_q15, d->ms, RISE_MS);
     if (d->ms < HOLD_MS) {
         pendulum_step(&m->rotor, io->loop, 0, m->field.field_q32, 0, i_q15);
@@ -96,7 +96,7 @@ static void stand_in(struct params *p, int32_t counts_two_turns)
     const int32_t pairs = q15_clamp(2 * most / counts_two_turns, 1, STAND_IN_PAIRS);
     p->pole_pairs = pairs;
     p->encoder_counts = q15_min((pairs * counts_two_turns + 1) / 2, most);
-    p->overspeed_rpm = q15_min(OVERSPEED_E_RPM / pairs, OVERSPEED_MOST);
+    p->overspeed_rpm = q15_min(OVERSPEED_E_RPM / pairs, OVERSPEED_MAX);
     p->speed_max_rpm = p->overspeed_rpm - 1;
 }
 
@@ -131,8 +131,8 @@ enum identify_reason identify_evaluate_turn(struct identify *d)
     const struct identify_turn *const m = &d->work.turn;
     const int32_t forward = m->travel_counts[0], back = -m->travel_counts[1];
     const int32_t two_turns = q15_abs(forward + back);
-    const bool same = q15_abs(forward - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
-    if (two_turns < LEAST_COUNTS || !same || m->uneven) {
+    const bool same = q15_abs(forward - back) * APART_ONE_IN <= two_turns + MIN_COUNTS * APART_ONE_IN;
+    if (two_turns < MIN_COUNTS || !same || m->uneven) {
         return IDENTIFY_NOT_FOLLOWED;
     }
     const int32_t sign = forward + back < 0 ? -1 : 1;
@@ -155,7 +155,7 @@ enum identify_reason identify_evaluate_turn(struct identify *d)
 
 /* For the steps that turn the rotor: waves, and a frame that follows it. Slow loop. */
 
-#define LEAST_PART          64 /* of the bus: below, dead time and noise are too much of what is induced */
+#define MIN_PART            64 /* of the bus: below, dead time and noise are too much of what is induced */
 #define RELUCTANT_AXES_PART 16 /* of the rated current */
 #define REST_MS             50u
 #define FOLLOW_MS           64    /* the offset's */
@@ -180,7 +180,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
     const int32_t d_q15 = c->v_d_q15 - ((c->i_d_q15 * io->tuning->r_q12) >> 12) + cross_q15;
     const int32_t q_q15 = q15_abs(measure_emf_q15(io));
     const bool large = q15_abs(c->i_q_q15) * RELUCTANT_AXES_PART > d->i_rated_q15;
-    if (q15_max(q_q15, q15_abs(d_q15)) * LEAST_PART < c->vbus_q15 || (d->reluctant && large)) {
+    if (q15_max(q_q15, q15_abs(d_q15)) * MIN_PART < c->vbus_q15 || (d->reluctant && large)) {
         return;
     }
     /* beyond 45 degrees a radian is enough to tell the way */
@@ -191,7 +191,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
 
 bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, uint32_t patience_ms)
 {
-    return (measure_spin(io, 0, identify_i_most_q15(d)) && d->phase_ms > REST_MS) || d->phase_ms > patience_ms;
+    return (measure_spin(io, 0, identify_i_max_q15(d)) && d->phase_ms > REST_MS) || d->phase_ms > patience_ms;
 }
 
 /* ==== the index ==== */
@@ -248,16 +248,16 @@ static bool ran_enough(const struct identify *d, const struct identify_index *m)
 /* Runs from index to index; true when it has seen what there is. */
 static bool search(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
-    const int32_t rpm = d->reluctant ? q15_max(d->rpm_most / 4 * SEARCH_QUARTERS, 1) : d->rpm_most;
-    (void)measure_spin(io, rpm, identify_i_most_q15(d));
+    const int32_t rpm = d->reluctant ? q15_max(d->rpm_max / 4 * SEARCH_QUARTERS, 1) : d->rpm_max;
+    (void)measure_spin(io, rpm, identify_i_max_q15(d));
     index_look(d, m, io);
     return ran_enough(d, m);
 }
 
 static bool stop(const struct identify *d, const struct measure_io *io)
 {
-    const bool there = measure_spin(io, 0, identify_i_most_q15(d));
-    return d->phase_ms > STOP_MS || (there && q15_abs(io->speed->speed_rpm_q4) * REST_PART < d->rpm_most * 16);
+    const bool there = measure_spin(io, 0, identify_i_max_q15(d));
+    return d->phase_ms > STOP_MS || (there && q15_abs(io->speed->speed_rpm_q4) * REST_PART < d->rpm_max * 16);
 }
 
 bool identify_measure_index(struct identify *d, const struct measure_io *io)
@@ -287,8 +287,8 @@ static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t coun
     const int64_t before = p->pole_pairs;
     p->inertia_gmm2 = q15_max((int32_t)scale(p->inertia_gmm2, pole_pairs * pole_pairs, before * before), 1);
     p->ramp_rpm_s = q15_max((int32_t)scale(p->ramp_rpm_s, before, pole_pairs), 1);
-    const int32_t pushed_rpm = q15_max((int32_t)scale(d->rpm_most, before, pole_pairs), 1);
-    d->rpm_most = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->nominal.speed_max_rpm / SPEED_SHARE, 1));
+    const int32_t pushed_rpm = q15_max((int32_t)scale(d->rpm_max, before, pole_pairs), 1);
+    d->rpm_max = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->nominal.speed_max_rpm / SPEED_SHARE, 1));
     p->pole_pairs = pole_pairs;
     p->encoder_counts = counts;
     p->overspeed_rpm = d->nominal.overspeed_rpm;
@@ -298,7 +298,7 @@ static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t coun
 /* The ramps' current: so that they take some tenths of a second, and what the push took at least. */
 static void choose_ramps(struct identify *d)
 {
-    const int64_t way_mrad_s = identify_mrad_s(d->rpm_most * 32768LL, 1);
+    const int64_t way_mrad_s = identify_mrad_s(d->rpm_max * 32768LL, 1);
     const int64_t wanted_nnm = scale(way_mrad_s, d->params.inertia_gmm2, INDEX_RAMP_MS);
     const int64_t nnm_per_ma = identify_torque_nnm(d, d->flux_e1_uwb, 1000);
     const int64_t wanted_ma = scale(wanted_nnm, 1, nnm_per_ma < 1 ? 1 : nnm_per_ma);
@@ -306,7 +306,7 @@ static void choose_ramps(struct identify *d)
     const int32_t i_q15 = tuning_q15_from_milli((int32_t)(wanted_ma < range_ma ? wanted_ma : range_ma), range_ma);
     /* where reluctance is strong the current across changes the flux along, which shall be known next to no current */
     d->ramp_i_q15 =
-        d->reluctant ? d->i_rated_q15 / INDEX_RELUCTANT_PART : q15_clamp(i_q15, d->ramp_i_q15, identify_i_most_q15(d));
+        d->reluctant ? d->i_rated_q15 / INDEX_RELUCTANT_PART : q15_clamp(i_q15, d->ramp_i_q15, identify_i_max_q15(d));
 }
 
 static enum identify_reason do_without(struct identify *d)

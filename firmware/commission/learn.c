@@ -9,14 +9,14 @@
 
 /* ==== Hall switches ==== */
 
-#define FIELD_HZ      2
-#define TURN_MS       (1000u / FIELD_HZ)
-#define GROWS_SHIFT   6     /* a 64th of the current a millisecond */
-#define SPEED_UP_MS   1000u /* over a turn: slow enough that the rotor does not swing */
-#define RECORD_MS     (HALL_LEARN_TURNS * TURN_MS)
-#define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forward and back */
-#define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
-#define DEGREE_Q32    11930465
+#define FIELD_HZ     2
+#define TURN_MS      (1000u / FIELD_HZ)
+#define GROWS_SHIFT  6     /* a 64th of the current a millisecond */
+#define SPEED_UP_MS  1000u /* over a turn: slow enough that the rotor does not swing */
+#define RECORD_MS    (HALL_LEARN_TURNS * TURN_MS)
+#define LOAD_MAX_Q32 0x20000000 /* 45 degrees between forward and back */
+#define SPREAD_Q32   0x0E38E38E /* 20 degrees from turn to turn */
+#define DEGREE_Q32   11930465
 
 enum phase { FORWARD, BACK, ENDED };
 
@@ -40,11 +40,11 @@ int32_t hall_learn_states(const struct hall_learn *l)
 static void move_field(const struct hall_learn *l, volatile struct current_loop *c, const struct tuning *t)
 {
     const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz); /* electrical turns a sample */
-    const int32_t ms = (int32_t)l->ms, most_ms = (int32_t)SPEED_UP_MS;
-    const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, most_ms) : q15_max(most_ms - ms, -most_ms);
-    const int32_t most_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
-    current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / most_ms));
-    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, most_q15), 0);
+    const int32_t ms = (int32_t)l->ms, max_ms = (int32_t)SPEED_UP_MS;
+    const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, max_ms) : q15_max(max_ms - ms, -max_ms);
+    const int32_t max_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
+    current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / max_ms));
+    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, max_q15), 0);
 }
 
 static uint32_t record_from_ms(const struct hall_learn *l)
@@ -134,7 +134,7 @@ static bool find_edge(struct hall_learn *l, uint32_t state, uint32_t *edge_q32)
     const int32_t apart_q32 = (int32_t)(mean_of(&l->against[state]) - forward_q32);
     *edge_q32 = forward_q32 + (uint32_t)(apart_q32 / 2);
     l->detail_deg = apart_q32 / DEGREE_Q32;
-    return apart_q32 < LOAD_MOST_Q32 && apart_q32 > -LOAD_MOST_Q32;
+    return apart_q32 < LOAD_MAX_Q32 && apart_q32 > -LOAD_MAX_Q32;
 }
 
 /* The state that begins next after `angle_q32`. */
@@ -204,12 +204,12 @@ enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct cur
 /* ==== cogging ==== */
 
 #define RUN_UP_SHARE 8         /* of a turn, until the speed is steady */
-#define LEAST_SHARE  20        /* of the largest harmonic: anything smaller is noise */
+#define MIN_SHARE    20        /* of the largest harmonic: anything smaller is noise */
 #define JERKED_Q19   (1 << 29) /* no current accelerates so much: the encoder jumped */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
 {
-    if (order <= COGGING_ORDER_MOST && l->candidates < COGGING_CANDIDATES) {
+    if (order <= COGGING_ORDER_MAX && l->candidates < COGGING_CANDIDATES) {
         l->orders[l->candidates++] = (uint16_t)order;
     }
 }
@@ -223,7 +223,7 @@ void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, con
         }
     }
     /* beyond a quarter of the counts the encoder cannot resolve it */
-    const int32_t most = q15_min(COGGING_ORDER_MOST, t->encoder_counts / 4);
+    const int32_t most = q15_min(COGGING_ORDER_MAX, t->encoder_counts / 4);
     for (int32_t order = t->pole_pairs; order <= most; order += t->pole_pairs) {
         add_candidate(l, order);
     }
@@ -334,7 +334,7 @@ static void choose(const struct cogging_learn *l, struct cogging_map *m)
     for (int32_t n = 0; n < l->candidates; n++) {
         insert(m, harmonic(l, n));
     }
-    const int64_t least = power(m->harmonics[0]) / (LEAST_SHARE * LEAST_SHARE);
+    const int64_t least = power(m->harmonics[0]) / (MIN_SHARE * MIN_SHARE);
     while (m->count > 0 && power(m->harmonics[m->count - 1]) <= least) {
         m->count--;
     }

@@ -77,7 +77,7 @@ int32_t hall_learn_states(const struct hall_learn *l);
  */
 
 #define COGGING_CANDIDATES 160
-#define COGGING_ORDER_MOST 640
+#define COGGING_ORDER_MAX  640
 #define COGGING_SAMPLES    64 /* how far the thread may lag, milliseconds */
 
 enum cogging_phase {

@@ -7,7 +7,7 @@
 
 #define DEGREE_Q32    11930465u
 #define DEGREE_Q4_Q32 745654u
-#define RISE_LEAST_MS 30      /* a light rotor gets no faster than it is seen to */
+#define RISE_MIN_MS   30      /* a light rotor gets no faster than it is seen to */
 #define RISE_PART     3       /* eighths of the period in which it would swing about that current */
 #define STILL_PART    4       /* of the rise: in which the current is too little to move it */
 #define STAYS_PART    2       /* of the rise: how long the current stays */
@@ -55,10 +55,10 @@ void offset_check_start(struct offset_check *o, const struct tuning *t, uint32_t
         .turns = turns,
         .latched = latched,
         .moves = q15_max(2, (int32_t)(DEGREE_Q32 / 2u / t->encoder_scale_q32)),
-        .i_most_q15 = level->i_q15,
+        .i_max_q15 = level->i_q15,
         .second = (int32_t)(SECOND_DEG * DEGREE_Q32 / t->encoder_scale_q32) + 1,
         .second_ms = q15_max(SECOND_MS, level->period_ms / 2),
-        .rise_ms = q15_max(RISE_LEAST_MS, level->period_ms * RISE_PART / 8),
+        .rise_ms = q15_max(RISE_MIN_MS, level->period_ms * RISE_PART / 8),
         .speed_ms = q15_max(SPEED_MS, level->period_ms / SPEED_PART),
         .damping_ms = level->period_ms * DAMPING,
         .rest_ms = q15_max(REST_MS, level->period_ms / REST_PART) + (int32_t)(t->encoder_scale_q32 >> REST_SHIFT),
@@ -163,7 +163,7 @@ static enum offset_result conclude(struct offset_check *o)
 static int32_t rising_q15(const struct offset_check *o)
 {
     const int32_t part_q15 = q15_min((int32_t)o->ms, o->rise_ms) * 32768 / o->rise_ms;
-    return (int32_t)(((int64_t)o->i_most_q15 * ((part_q15 * (part_q15 / 2)) >> 14)) >> 15);
+    return (int32_t)(((int64_t)o->i_max_q15 * ((part_q15 * (part_q15 / 2)) >> 14)) >> 15);
 }
 
 static void step_push(struct offset_check *o)
@@ -235,14 +235,14 @@ static void step_hold(struct offset_check *o, const struct tuning *t, int32_t mo
     catch_load(o, way);
     const int64_t pull_q16 = (int64_t)way * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
     const int32_t share_q16 = q15_clamp((int32_t)(pull_q16 * t->encoder_scale_q32 >> 32), -65536, 65536);
-    const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_most_q15 * share_q16) >> 16);
-    o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_most_q15, o->i_most_q15);
+    const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_max_q15 * share_q16) >> 16);
+    o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_max_q15, o->i_max_q15);
 }
 
 static bool rests(const struct offset_check *o)
 {
-    const int32_t most_ms = REST_TIMES * o->rest_ms + (o->step >= STEP_ACROSS ? o->second_ms : 0);
-    return (o->still_ms >= o->rest_ms && (o->sense == 0 || !is_underway(o))) || (int32_t)o->ms >= most_ms;
+    const int32_t max_ms = REST_TIMES * o->rest_ms + (o->step >= STEP_ACROSS ? o->second_ms : 0);
+    return (o->still_ms >= o->rest_ms && (o->sense == 0 || !is_underway(o))) || (int32_t)o->ms >= max_ms;
 }
 
 /* A load that falls: what it does to the rotor is no longer the current's. */

@@ -41,7 +41,7 @@ struct offset_check {
     int32_t moves;       /* and how many are a motion */
     int32_t still_ms;    /* since the last one */
     int32_t speed_q16;   /* counts a millisecond */
-    int32_t i_most_q15;  /* of a push, */
+    int32_t i_max_q15;   /* of a push, */
     int32_t rise_ms;     /* in which it gets there */
     int32_t i_q15;       /* now, */
     uint32_t along_q32;  /* and its direction, from the supposed d axis */

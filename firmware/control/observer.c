@@ -68,7 +68,7 @@ static dq_t currents(const volatile struct current_loop *c)
 /* The direction of psi_a, Q14, and the values that follow from its length. */
 static dq_t resolve_active_flux(volatile struct observer *o, dq_t active)
 {
-    const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MOST);
+    const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MAX);
     const int32_t by_size = OBSERVER_ALONG_ONE / size;
     const dq_t direction_q14 = {active.d * (1 << 14) / size, active.q * (1 << 14) / size};
     o->along_d = (direction_q14.d * by_size) >> 14;
@@ -101,7 +101,7 @@ int32_t observer_quickest_q8(const struct tuning *t)
 static void set_tracking(volatile struct observer *o, uint32_t speed_q32, int32_t pole_q8, enum observer_role role)
 {
     const uint32_t wanted = (uint32_t)(((uint64_t)speed_q32 * (uint32_t)pole_q8) >> 22); /* 2 a Ts / 2 pi, times 2^17 */
-    const int32_t track = q15_clamp((int32_t)wanted, TRACK_LEAST, OBSERVER_TRACK_MOST);
+    const int32_t track = q15_clamp((int32_t)wanted, TRACK_LEAST, OBSERVER_TRACK_MAX);
     o->track_speed_q8 = role == OBSERVER_LEADS ? (int32_t)(((uint32_t)(track * track) * 201u) >> 16) : 0;
     o->track = track;
 }

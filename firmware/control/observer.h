@@ -42,9 +42,9 @@
 #define OBSERVER_FLUX_SHIFT 14 /* from the flux to flux 14 */
 
 /* Gain limits; the interrupt's products stay within 32 bits. */
-#define OBSERVER_ALONG_ONE  (1 << 25) /* along: this by psi_a in flux 14 */
-#define OBSERVER_ALONG_MOST 16384
-#define OBSERVER_TRACK_MOST 4096
+#define OBSERVER_ALONG_ONE (1 << 25) /* along: this by psi_a in flux 14 */
+#define OBSERVER_ALONG_MAX 16384
+#define OBSERVER_TRACK_MAX 4096
 
 struct observer {
     /* the interrupt's */

@@ -258,8 +258,8 @@ bool failover_from_sample(struct axis *a, enum fault cause)
 static bool faded(const struct axis *a)
 {
     const struct adc_sample s = adc_read(&a->fabric->adc);
-    const int32_t most_q15 = a->tuning.i_max_q15 >> FADED_SHIFT;
-    return q15_abs(s.ia_q15) < most_q15 && q15_abs(s.ib_q15) < most_q15 && q15_abs(s.ic_q15) < most_q15;
+    const int32_t max_q15 = a->tuning.i_max_q15 >> FADED_SHIFT;
+    return q15_abs(s.ia_q15) < max_q15 && q15_abs(s.ib_q15) < max_q15 && q15_abs(s.ic_q15) < max_q15;
 }
 
 /* The bridge is off. Until the current has faded, the voltage that the gates would open to is unknown. */

@@ -18,9 +18,9 @@
 
 #define DEGREE_Q32   11930465
 #define APART_Q32    (HANDOVER_APART_DEG * DEGREE_Q32)
-#define LOOKS_LEAST  64u
+#define LOOKS_MIN    64u
 #define EMF_SETTLES  4u
-#define EMF_LEAST    8u
+#define EMF_MIN      8u
 #define W_REF_Q15    3277
 #define ENCODER_LOST (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)
 
@@ -32,7 +32,7 @@ void handover_forget(struct handover *h)
 /* ---- what forbids it ---- */
 
 /* The margin grows with the speed: the speed at which it suffices with this current. */
-static int32_t least_rpm(const struct axis *a, int32_t i_q15)
+static int32_t min_rpm(const struct axis *a, int32_t i_q15)
 {
     const int32_t margin_q8 = q15_max(observer_margin_q8(&a->tuning, i_q15, W_REF_Q15, a->loop.vbus_q15), 1);
     const int32_t w_q15 = q15_min(W_REF_Q15 * OBSERVER_LEADS_Q8 / margin_q8 + 1, INT16_MAX);
@@ -50,7 +50,7 @@ static struct outcome sees_little(const struct axis *a)
     if (loaded_q8 >= OBSERVER_LEADS_Q8 && idle_q8 >= OBSERVER_LEADS_Q8) {
         return OUTCOME_OK;
     }
-    return (struct outcome){ERROR_SOURCE_MARGIN, q15_max(least_rpm(a, i_q15), least_rpm(a, 0))};
+    return (struct outcome){ERROR_SOURCE_MARGIN, q15_max(min_rpm(a, i_q15), min_rpm(a, 0))};
 }
 
 /* According to what the target shows. */
@@ -180,12 +180,12 @@ static void look_at_encoder(struct handover *h, uint32_t from_count_q32)
     }
     const int32_t off_q32 = (int32_t)(from_count_q32 - h->first_q32);
     h->sum_q32 += off_q32;
-    h->least_q32 = q15_min(h->least_q32, off_q32);
-    h->most_q32 = q15_max(h->most_q32, off_q32);
+    h->min_q32 = q15_min(h->min_q32, off_q32);
+    h->max_q32 = q15_max(h->max_q32, off_q32);
     if (h->offset_known) {
         handover_differ(h, off_q32);
     } else {
-        handover_differ(h, (int32_t)(((int64_t)h->most_q32 - h->least_q32) / 2));
+        handover_differ(h, (int32_t)(((int64_t)h->max_q32 - h->min_q32) / 2));
     }
 }
 
@@ -261,10 +261,10 @@ static void look_at_sample(struct axis *a)
 static bool seen_enough(const struct handover *h)
 {
     const bool turned = (h->travel_q32 < 0 ? -h->travel_q32 : h->travel_q32) >> 32 != 0;
-    if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_LEAST) {
+    if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_MIN) {
         return false;
     }
-    return turned && h->looks >= LOOKS_LEAST;
+    return turned && h->looks >= LOOKS_MIN;
 }
 
 /* All six states of the table within a turn, or some are not the switches' own. */

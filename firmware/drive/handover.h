@@ -46,7 +46,7 @@ struct handover {
     int64_t travel_q32; /* distance since the first */
     uint32_t states;    /* switch states seen so far, one bit each */
     uint32_t first_q32; /* from the encoder's count to the angle, at the first; the rest are relative to it: */
-    int32_t least_q32, most_q32;
+    int32_t min_q32, max_q32;
     int64_t sum_q32;
     int32_t apart_q32; /* largest difference between the two angles */
     uint32_t emf_ms;   /* the millisecond of the last look at the EMF */

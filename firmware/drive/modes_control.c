@@ -10,8 +10,8 @@
 /* Homing has less, so that the hard stop holds and the machine does not give. */
 static int32_t i_limit_q15(const struct axis *a)
 {
-    const int32_t most_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
-    return a->mode == AXIS_MODE_HOMING ? q15_min(most_q15, a->tuning.home_i_q15) : most_q15;
+    const int32_t max_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
+    return a->mode == AXIS_MODE_HOMING ? q15_min(max_q15, a->tuning.home_i_q15) : max_q15;
 }
 
 void modes_limit_torque(struct axis *a)

@@ -64,13 +64,13 @@ void drive_restore_cogging(struct axis *a)
 
 /* From a slot to an axis: first into a separate set, which is checked, then into the axis. */
 
-#define PARAMETERS_MOST 128u
-#define HARMONIC_BYTES  12u
+#define PARAMETERS_MAX 128u
+#define HARMONIC_BYTES 12u
 
 struct candidate {
     struct params params;
     struct tuning tuning;
-    uint32_t seen[PARAMETERS_MOST / 32u]; /* a bit for each row of the table */
+    uint32_t seen[PARAMETERS_MAX / 32u]; /* a bit for each row of the table */
     uint8_t choice[FAULT_COUNT];
     bool index_known;
     uint32_t index_offset_q32;
@@ -300,7 +300,7 @@ struct outcome drive_load(struct axis *a, const struct slots *s, struct nvm_repo
 
 /* From an axis to a slot, page by page. */
 
-#define WAKES_MOST 1000u /* of the thread, within which the slow loop should have advanced its clock: at least 12 ms */
+#define WAKES_MAX 1000u /* of the thread, within which the slow loop should have advanced its clock: at least 12 ms */
 
 struct saving {
     struct axis *axis;
@@ -326,7 +326,7 @@ static const enum error error_of_envm[ENVM_RESULTS] = {
 static bool slow_loop_lives(const struct axis *a)
 {
     const uint32_t before_ms = a->time_ms;
-    for (uint32_t wake = 0; wake < WAKES_MOST; wake++) {
+    for (uint32_t wake = 0; wake < WAKES_MAX; wake++) {
         cpu_wait_for_interrupt();
         if (a->time_ms != before_ms) {
             return true;

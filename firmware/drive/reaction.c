@@ -5,7 +5,7 @@
 #include "firmware/drive/failover.h"
 #include "firmware/drive/retune.h"
 
-#define GAIN_REDUCTIONS_MOST 5u /* of 0.7 each: tolerates an inertia parameter five times too large */
+#define GAIN_REDUCTIONS_MAX 5u /* of 0.7 each: tolerates an inertia parameter five times too large */
 
 void reaction_init(struct reactions *r)
 {
@@ -34,7 +34,7 @@ static enum reaction choice_now(struct axis *a, enum fault cause)
 /* The likely cause of a limit cycle is an inertia parameter that is too large. False if softer gains have not helped so far. */
 static bool reduce_speed_gain(struct axis *a)
 {
-    if (a->reactions.gain_reductions == GAIN_REDUCTIONS_MOST) {
+    if (a->reactions.gain_reductions == GAIN_REDUCTIONS_MAX) {
         return false;
     }
     a->reactions.gain_reductions++;

@@ -10,13 +10,13 @@
 /* ==== lost counts, by the EMF ==== */
 
 #define MEAN_SHIFT  3 /* steps remembered, by the EMF's filter: 16, up to 128 */
-#define LEAST_SHIFT 5 /* a 32nd of the bus: less EMF tells nothing */
+#define MIN_SHIFT   5 /* a 32nd of the bus: less EMF tells nothing */
 #define DEAD_SHIFT  8 /* of the bus: what the dead time changes by */
 #define SAME_SHIFT  2 /* a quarter more or less current, and of speed half of that, is the same */
 #define NOISE_SHIFT 5 /* and a 32nd of i_max */
 #define ELSEWHERE   8 /* steps: a count that was lost kicks speed and currents for less */
 #define STEPS       3
-#define LARGEST_Q15 131071
+#define MAX_Q15     131071
 
 struct slip_view {
     int32_t i_d_q15, i_q_q15, w_q15;
@@ -61,7 +61,7 @@ static bool is_kicked(const struct slip_view *v, const struct tuning *t)
 static int32_t reaction_q15(const struct slip_watch *s, int32_t w_q15, int32_t i_q_q15)
 {
     const int64_t reaction = ((int64_t)((w_q15 * i_q_q15) >> 15) * (s->lq_q19 >> 8)) >> 11;
-    return reaction > LARGEST_Q15 ? LARGEST_Q15 : (reaction < -LARGEST_Q15 ? -LARGEST_Q15 : (int32_t)reaction);
+    return reaction > MAX_Q15 ? MAX_Q15 : (reaction < -MAX_Q15 ? -MAX_Q15 : (int32_t)reaction);
 }
 
 static int32_t across_q15(const struct slip_watch *s, const struct slip_view *v, const struct tuning *t)
@@ -92,7 +92,7 @@ bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile s
 {
     const struct slip_view v = point_now(c);
     const int32_t steps_shift = MEAN_SHIFT + (int32_t)e->filter_shift;
-    if (e->expected_q15 <= c->vbus_q15 >> LEAST_SHIFT) {
+    if (e->expected_q15 <= c->vbus_q15 >> MIN_SHIFT) {
         s->steps = 0;
         return false;
     }
@@ -217,7 +217,7 @@ void encoder_watch_forget(struct axis *a)
 #define JUMP_DEG       20u
 #define JUMP_COUNTS    3u                /* of a coarse encoder: less is edge noise */
 #define DEGREES(n)     (11930464u * (n)) /* Q32 */
-#define JUMP_MOST      45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
+#define JUMP_MAX       45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
 #define JUMP_SHIFT     4                 /* what is usual fades by a sixteenth a millisecond */
 #define SUSPECT_MS     8u
 #define SUSPECT_BAD_MS 2u   /* the EMF must contradict for this long */
@@ -261,8 +261,8 @@ void encoder_watch_begin(struct axis *a)
                                 .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
                                                    CONFIG_PERIODS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
-    e->jump_least_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
-    e->jump_limit_q32 = e->jump_least_q32;
+    e->jump_min_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
+    e->jump_limit_q32 = e->jump_min_q32;
     emf_reset(&e->emf, &a->tuning);
     emf_of_counts(&e->emf, a->tuning.encoder_scale_q32);
 }
@@ -430,7 +430,7 @@ bool encoder_watch_may_be_dead(const struct axis *a)
 static bool index_shows_slip(const struct axis *a, const struct encoder_watch *e, int32_t drift_before, int32_t drift)
 {
     const bool again = drift < 0 ? drift_before < -INDEX_DRIFT : drift_before > INDEX_DRIFT;
-    return again && (uint64_t)q15_abs(drift) * a->tuning.encoder_scale_q32 > e->jump_least_q32;
+    return again && (uint64_t)q15_abs(drift) * a->tuning.encoder_scale_q32 > e->jump_min_q32;
 }
 
 /* A pulse must come where the last one in this direction did; the pulse has a width, so each direction has its own place. */
@@ -549,9 +549,9 @@ static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
 static void follow_usual(struct encoder_watch *e, uint32_t surprise_q32)
 {
     const uint32_t faded_q32 = e->usual_q32 - (e->usual_q32 >> JUMP_SHIFT);
-    const uint32_t most_q32 = surprise_q32 > faded_q32 ? surprise_q32 : faded_q32;
-    e->usual_q32 = most_q32 > DEGREES(JUMP_MOST) ? DEGREES(JUMP_MOST) : most_q32;
-    e->jump_limit_q32 = 2u * e->usual_q32 > e->jump_least_q32 ? 2u * e->usual_q32 : e->jump_least_q32;
+    const uint32_t max_q32 = surprise_q32 > faded_q32 ? surprise_q32 : faded_q32;
+    e->usual_q32 = max_q32 > DEGREES(JUMP_MAX) ? DEGREES(JUMP_MAX) : max_q32;
+    e->jump_limit_q32 = 2u * e->usual_q32 > e->jump_min_q32 ? 2u * e->usual_q32 : e->jump_min_q32;
 }
 
 bool encoder_watch_step(struct axis *a, uint32_t turn)

@@ -64,7 +64,7 @@ struct encoder_watch {
     int32_t speed_moving_q32;     /* the observer's speed before that */
     int32_t dead_w_q15;           /* from this speed no shaft stops at once */
     uint32_t still_limit_q15;     /* speed times milliseconds that must give some counts */
-    uint32_t jump_least_q32, jump_limit_q32;
+    uint32_t jump_min_q32, jump_limit_q32;
     uint32_t usual_q32; /* the largest surprise of late: of a shaft that rings on its coupling */
     /* index pulses: the count at each, per direction */
     int32_t index_first[2], index_last[2];

@@ -160,7 +160,7 @@ enum fault hall_watch_blame(const struct axis *a, enum fault seen)
 /* ==== a prescribed field ==== */
 
 #define FILTER_SHIFT 2 /* 4 ms: the noise of the voltages */
-#define LEAST_SHIFT  6 /* a 64th of the bus: less EMF tells nothing */
+#define MIN_SHIFT    6 /* a 64th of the bus: less EMF tells nothing */
 #define MISSING      2 /* points a millisecond, */
 #define OPPOSITE     4
 #define THERE        (-1)
@@ -215,14 +215,14 @@ static int32_t points(const struct field_watch *w, const struct field_view *v)
 static bool is_away(const struct field_view *v, int32_t vbus_q15)
 {
     const int32_t seen_q15 = q15_max(q15_abs(v->d_q15), q15_abs(v->q_q15));
-    return seen_q15 > 2 * v->expected_q15 + 3 * v->uncertainty_q15 + (vbus_q15 >> LEAST_SHIFT);
+    return seen_q15 > 2 * v->expected_q15 + 3 * v->uncertainty_q15 + (vbus_q15 >> MIN_SHIFT);
 }
 
 void field_watch_step(struct axis *a)
 {
     struct field_watch *const w = &a->field_watch;
     const struct field_view v = field_watch_look(a);
-    const bool tells = v.expected_q15 > a->loop.vbus_q15 >> LEAST_SHIFT;
+    const bool tells = v.expected_q15 > a->loop.vbus_q15 >> MIN_SHIFT;
     if (!tells) {
         w->d_q4 = 0;
         w->q_q4 = 0;

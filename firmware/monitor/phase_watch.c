@@ -7,7 +7,7 @@
 #include "lib/trig.h"
 
 #define SIN60_Q15         28378
-#define LEAST_SHIFT       4 /* a sixteenth of i_max */
+#define MIN_SHIFT         4 /* a sixteenth of i_max */
 #define ALL_SHIFT         4 /* weight when no phase carries what is asked */
 #define CONDUCTED_SHIFT   2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
 #define CLAMPED_BUS_SHIFT 4 /* of the bus: three times what 1 us of dead time at 20 kHz hides, either way; */
@@ -39,7 +39,7 @@ static int32_t phases_size(const abc_t *i)
  */
 static int32_t min_current_q15(const struct phase_watch *p, const abc_t *asked)
 {
-    return q15_max(p->least_q15, phases_size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
+    return q15_max(p->min_q15, phases_size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
 }
 
 enum phase_look {
@@ -49,10 +49,10 @@ enum phase_look {
 };
 
 /* A phase that carries an eighth of what is asked of it is intact; one that does not may be clamped. */
-static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15, bool clamped)
+static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t min_q15, bool clamped)
 {
     const int32_t size_q15 = q15_abs(asked_q15);
-    if (size_q15 < least_q15) {
+    if (size_q15 < min_q15) {
         return PHASE_UNKNOWN;
     }
     if (q15_abs(measured_q15) >= size_q15 >> 3) {
@@ -70,9 +70,9 @@ static bool open(struct phase_watch *p, uint32_t phase, enum phase_look look, in
     if (look == PHASE_UNKNOWN) {
         return false;
     }
-    const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->least_q15 << (LEAST_SHIFT - 2));
+    const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->min_q15 << (MIN_SHIFT - 2));
     p->missing_q15[phase] = look == PHASE_CONDUCTS ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
-    return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
+    return p->missing_q15[phase] > p->min_q15 << (MIN_SHIFT - 1);
 }
 
 /*
@@ -120,11 +120,11 @@ void phase_watch_step(struct axis *a)
     const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
     const abc_t asked = phases_of(p->i_d_ref_q15, p->i_q_ref_q15, &cs);
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
-    const int32_t least_q15 = min_current_q15(p, &asked);
+    const int32_t min_q15 = min_current_q15(p, &asked);
     const abc_t clamped = clamped_phases(a, &cs);
-    const enum phase_look of_a = look_at(asked.a, measured.a, least_q15, clamped.a);
-    const enum phase_look of_b = look_at(asked.b, measured.b, least_q15, clamped.b);
-    const enum phase_look of_c = look_at(asked.c, measured.c, least_q15, clamped.c);
+    const enum phase_look of_a = look_at(asked.a, measured.a, min_q15, clamped.a);
+    const enum phase_look of_b = look_at(asked.b, measured.b, min_q15, clamped.b);
+    const enum phase_look of_c = look_at(asked.c, measured.c, min_q15, clamped.c);
     const bool any_carries = of_a == PHASE_CONDUCTS || of_b == PHASE_CONDUCTS || of_c == PHASE_CONDUCTS;
     const uint32_t shift = is_held(a) ? ALL_SHIFT : weight_shift(p, &asked, &measured, any_carries);
     const bool a_open = open(p, 0, of_a, asked.a, shift);
@@ -139,17 +139,17 @@ void phase_watch_step(struct axis *a)
 
 void phase_watch_begin(struct axis *a)
 {
-    a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
+    a->supervision.phases = (struct phase_watch){.min_q15 = a->tuning.i_max_q15 >> MIN_SHIFT};
 }
 
 bool phase_watch_suspects(const struct axis *a, int32_t *phase)
 {
     const struct phase_watch *const p = &a->supervision.phases;
     const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
-    const int32_t least_q15 = p->least_q15 * SUSPECT;
-    const bool a_open = p->missing_q15[0] > least_q15;
-    const bool b_open = p->missing_q15[1] > least_q15;
-    const bool c_open = p->missing_q15[2] > least_q15;
+    const int32_t min_q15 = p->min_q15 * SUSPECT;
+    const bool a_open = p->missing_q15[0] > min_q15;
+    const bool b_open = p->missing_q15[1] > min_q15;
+    const bool c_open = p->missing_q15[2] > min_q15;
     *phase = open_one(a_open, b_open, c_open);
     return running && !lock_watch_suspects(a) && (a_open || b_open || c_open);
 }
@@ -158,8 +158,8 @@ bool phase_watch_suspects(const struct axis *a, int32_t *phase)
 
 #define LOOK_HZ     1000
 #define TRAVEL_Q15  (4 * LOOK_HZ * 32768 / CONFIG_SPEED_BASE_HZ) /* four turns of the field, as a sum of w_q15 */
-#define LEAST       256                                          /* samples: a quarter of a second */
-#define MOST        8192                                         /* what takes longer says nothing */
+#define SAMPLES_MIN 256                                          /* samples: a quarter of a second */
+#define SAMPLES_MAX 8192                                         /* what takes longer says nothing */
 #define ALLOWED_Q15 (32768 / 32)                                 /* 3 % of the range */
 #define BEAT_HZ     8
 
@@ -195,11 +195,11 @@ void zero_watch_step(struct zero_watch *z, struct axis *a)
     z->sum_q30 += (int64_t)(now.ia_q15 + now.ib_q15 + now.ic_q15) * w_q15;
     z->travel_q15 += w_q15;
     z->samples++;
-    const bool turned = z->samples >= LEAST && q15_abs(z->travel_q15) >= TRAVEL_Q15;
+    const bool turned = z->samples >= SAMPLES_MIN && q15_abs(z->travel_q15) >= TRAVEL_Q15;
     if (turned) {
         judge(z, a);
     }
-    if (turned || z->samples >= MOST) {
+    if (turned || z->samples >= SAMPLES_MAX) {
         zero_watch_begin(z);
     }
 }

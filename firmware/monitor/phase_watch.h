@@ -12,7 +12,7 @@ struct axis;
 struct phase_watch {
     int32_t missing_q15[3];           /* sums, one term every second millisecond */
     int32_t i_d_ref_q15, i_q_ref_q15; /* of the previous millisecond: what the currents have followed since */
-    int32_t least_q15;                /* smallest that can be told from zero */
+    int32_t min_q15;                  /* smallest that can be told from zero */
     int32_t conducted_q15;            /* by all phases, in the last few looks */
 };
 

@@ -7,19 +7,19 @@
 
 /* ==== the speed ==== */
 
-#define STEP_MS        2u /* from look to look */
-#define STALL_MS       500u
-#define FAR_MS         4u
-#define LOSING_MS      4u
-#define LOOK_AHEAD_MS  10
-#define DERATED_Q4     (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
-#define DERATED_PART   10        /* of i_max that heat has taken */
-#define RATE_SHIFT     1
-#define TO_REST_MS     8
-#define AT_REST_Q4     8  /* half a rpm a step: whoever turns round goes through 0 faster */
-#define CYCLE_SHORTEST 7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
-#define CYCLE_LONGEST  250u
-#define CYCLE_HALVES   6u
+#define STEP_MS       2u /* from look to look */
+#define STALL_MS      500u
+#define FAR_MS        4u
+#define LOSING_MS     4u
+#define LOOK_AHEAD_MS 10
+#define DERATED_Q4    (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
+#define DERATED_PART  10        /* of i_max that heat has taken */
+#define RATE_SHIFT    1
+#define TO_REST_MS    8
+#define AT_REST_Q4    8  /* half a rpm a step: whoever turns round goes through 0 faster */
+#define CYCLE_MIN     7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
+#define CYCLE_MAX     250u
+#define CYCLE_HALVES  6u
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -51,7 +51,7 @@ static void close_half_wave(struct axis *a, struct cycle_watch *w)
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
     const bool answered = a->speed.oscillation.answered != w->answered;
-    const bool slow = w->half_ms >= CYCLE_SHORTEST && w->half_ms <= CYCLE_LONGEST;
+    const bool slow = w->half_ms >= CYCLE_MIN && w->half_ms <= CYCLE_MAX;
     const bool counts = !answered && swings && slow && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
@@ -76,8 +76,8 @@ static void end_half_wave(struct axis *a)
 /* Winding or power stage are warm, so the current that was missing is withheld. */
 static bool heat_holds_back(const struct axis *a)
 {
-    const int32_t most_q15 = a->tuning.i_max_q15;
-    return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, most_q15) < most_q15 - most_q15 / DERATED_PART;
+    const int32_t max_q15 = a->tuning.i_max_q15;
+    return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, max_q15) < max_q15 - max_q15 / DERATED_PART;
 }
 
 /*

@@ -15,8 +15,8 @@
 #define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more cannot last until the next update */
 #define TOP_Q20           ((1 << 20) + (1 << 20) / 20)
 #define INVERTER_BAND_Q15 (Q15_ONE / 10)
-#define SENSOR_LEAST_CODE 16u /* what is nearer to an end of the range is no temperature */
-#define SENSOR_MOST_CODE  4079u
+#define SENSOR_MIN_CODE   16u /* what is nearer to an end of the range is no temperature */
+#define SENSOR_MAX_CODE   4079u
 #define SENSOR_FAR_Q4     (80 * 16) /* a model at rest in the cold: -40 degC */
 #define SENSOR_UPDATES    20u       /* two seconds */
 
@@ -114,7 +114,7 @@ static void update_inverter(struct thermal *th)
 
 static bool is_temperature(uint32_t sensor_code)
 {
-    return sensor_code >= SENSOR_LEAST_CODE && sensor_code <= SENSOR_MOST_CODE;
+    return sensor_code >= SENSOR_MIN_CODE && sensor_code <= SENSOR_MAX_CODE;
 }
 
 /* Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than no fan and a hot start do. */

@@ -12,8 +12,8 @@
 
 /* ---- the EMF, from look to look ---- */
 
-#define NEAR_Q32   (1 << 28)
-#define LOOKS_MOST 10
+#define NEAR_Q32  (1 << 28)
+#define LOOKS_MAX 10
 
 void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32_t speed_q32)
 {
@@ -25,7 +25,7 @@ void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32)
     const int32_t since = q15_max((int32_t)(at - t->at), 1);
     const uint32_t expected_q32 = emf_track_angle_q32(t, at);
     const int32_t off_q32 = (int32_t)(angle_q32 - expected_q32);
-    const int32_t k = q15_min((int32_t)t->looks + 1, LOOKS_MOST);
+    const int32_t k = q15_min((int32_t)t->looks + 1, LOOKS_MAX);
     const int32_t share_q32 = off_q32 / (k * (k + 1));
     t->good = q15_abs(off_q32 / 2) < NEAR_Q32 / 2 ? t->good + 1u : 0u;
     t->angle_q32 = expected_q32 + (uint32_t)(share_q32 * 2 * (2 * k - 1));
@@ -58,7 +58,7 @@ void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32)
 #define PULSES_MS   40u
 #define ZERO_MS     32u
 #define SETTLES_MS  3u                       /* the current controllers have found the EMF */
-#define LEAST_STEPS (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if its rotation fits that size */
+#define MIN_STEPS   (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if its rotation fits that size */
 #define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: more than dead time can make */
 #define MEAN_SHIFT  3u                       /* 8 samples */
 #define PLAYED      3u                       /* samples from a set of integrals to the voltages that they make */
@@ -68,7 +68,7 @@ void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32)
 
 void flying_begin(struct axis *a)
 {
-    a->flying = (struct flying){.counts = EMF_PULSE_SHORTEST};
+    a->flying = (struct flying){.counts = EMF_PULSE_MIN};
     current_loop_field(&a->loop, 0, 0);
     if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER)) {
         fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
@@ -252,7 +252,7 @@ static enum flying_result step_zero(struct axis *a)
     dq_t v_steps;
     const uint32_t at = mean_voltage(a, &v_steps);
     const int32_t size_steps = magnitude_q15(v_steps.d, v_steps.q);
-    if (f->ms > SETTLES_MS && size_steps > LEAST_STEPS) {
+    if (f->ms > SETTLES_MS && size_steps > MIN_STEPS) {
         emf_track_find(&f->track, at, atan2_q32(v_steps.q, v_steps.d));
     } else {
         f->track = (struct emf_track){.looks = 0};

@@ -22,19 +22,19 @@
 #define POLARITY_MS      24u
 #define POLARITY_TRIES   3u
 #define SIGMAS_SQUARED   36
-#define LEAST_PART       64 /* of the responses: a smaller part may be something else */
+#define MIN_PART         64 /* of the responses: a smaller part may be something else */
 
-#define PUSH_FIRST_MS  1u
-#define PUSH_LAST_MS   256u
-#define PUSH_SETTLES   24u
-#define PUSH_LEAST_Q32 ((1LL << 32) / 15) /* 24 degrees, twice between both ways; the tracked angle is right within 2 */
-#define PUSH_SEARCHES  16u
+#define PUSH_FIRST_MS 1u
+#define PUSH_LAST_MS  256u
+#define PUSH_SETTLES  24u
+#define PUSH_MIN_Q32  ((1LL << 32) / 15) /* 24 degrees, twice between both ways; the tracked angle is right within 2 */
+#define PUSH_SEARCHES 16u
 
 #define PUSH_FAR_Q32  0x20000000u /* 45 degrees: the next would be four times as far */
 #define PUSH_VOID_Q32 0x60000000u /* 135: from half a turn on it would look like less */
 
 /* 4 LSB per degree: 229 per radian. */
-#define RADIAN_LEAST 230
+#define RADIAN_MIN 230
 
 #define DEGREE_OF_RADIAN_Q16 1144 /* 1 / 57.296 */
 
@@ -99,7 +99,7 @@ static enum injection_result leave_sweep(struct axis *a)
     s->straight = s->sum_straight / (int32_t)SWEEP_ANGLES;
     s->radian = magnitude_q15(re, im) * 4 / (int32_t)SWEEP_ANGLES;
     s->detail_q8 = (q15_min(s->radian, INT16_MAX) * DEGREE_OF_RADIAN_Q16) >> 8;
-    if (s->radian < RADIAN_LEAST) {
+    if (s->radian < RADIAN_MIN) {
         return INJECTION_SALIENCY;
     }
     injection_track(&a->loop, &a->tuning, atan2_q32(im, re) / 2u, s->radian);
@@ -164,7 +164,7 @@ static bool injection_differ(const struct injection_start *s)
     const int64_t count = (int64_t)(POLARITY_MS - POLARITY_SETTLES) * (POLARITY_PARTS / 2u);
     const int64_t difference = (int64_t)s->with - s->against;
     const int64_t both = scatter(s->with_squares, s->with, count) + scatter(s->against_squares, s->against, count);
-    const int64_t least = ((int64_t)s->with + s->against) / LEAST_PART;
+    const int64_t least = ((int64_t)s->with + s->against) / MIN_PART;
     return difference * difference > SIGMAS_SQUARED * both && (difference < 0 ? -difference : difference) > least;
 }
 
@@ -219,34 +219,34 @@ static int64_t pushed_apart_q32(const struct injection_start *s)
     return (int64_t)s->pushed_q32[0] - 2LL * s->pushed_q32[1] + s->pushed_q32[2];
 }
 
-static uint32_t pushed_most_q32(const struct injection_start *s)
+static uint32_t pushed_max_q32(const struct injection_start *s)
 {
-    uint32_t most_q32 = 0;
+    uint32_t max_q32 = 0;
     for (uint32_t n = 0; n < PUSH_WINDOWS; n++) {
         const uint32_t size_q32 = angle_size_q32(s->pushed_q32[n]);
-        most_q32 = size_q32 > most_q32 ? size_q32 : most_q32;
+        max_q32 = size_q32 > max_q32 ? size_q32 : max_q32;
     }
-    return most_q32;
+    return max_q32;
 }
 
 /* Which way it went: 1 forwards, -1 backwards, 0 not known. */
 static int32_t pushed_direction(const struct injection_start *s)
 {
     const int64_t apart_q32 = pushed_apart_q32(s);
-    if (pushed_most_q32(s) > PUSH_VOID_Q32) {
+    if (pushed_max_q32(s) > PUSH_VOID_Q32) {
         return 0;
     }
-    return apart_q32 >= PUSH_LEAST_Q32 ? 1 : (apart_q32 <= -PUSH_LEAST_Q32 ? -1 : 0);
+    return apart_q32 >= PUSH_MIN_Q32 ? 1 : (apart_q32 <= -PUSH_MIN_Q32 ? -1 : 0);
 }
 
 /* As long where one has told, or a longer one might turn it by half a turn. */
 static uint32_t next_push_ms(const struct injection_start *s, int32_t direction)
 {
-    const uint32_t most_q32 = pushed_most_q32(s);
-    if (most_q32 > PUSH_VOID_Q32) {
+    const uint32_t max_q32 = pushed_max_q32(s);
+    if (max_q32 > PUSH_VOID_Q32) {
         return s->push_ms > PUSH_FIRST_MS ? s->push_ms / 2u : PUSH_FIRST_MS;
     }
-    return direction != 0 || most_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
+    return direction != 0 || max_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
 }
 
 /* Two searches must agree: what lets go of the rotor, or takes hold of it, in the middle of one would tell anything. */

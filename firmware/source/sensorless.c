@@ -22,8 +22,8 @@
 #define LEAVES_SIXTHS 4
 
 /* Or once the wave no longer fits beside the voltage that the q current takes at this speed. */
-#define ROOM_LEAST_Q8 240
-#define ROOM_BACK_Q8  288
+#define ROOM_MIN_Q8  240
+#define ROOM_BACK_Q8 288
 
 static bool observer_is_quick(const struct axis *a, int32_t sixths)
 {
@@ -34,7 +34,7 @@ static bool observer_is_quick(const struct axis *a, int32_t sixths)
 void injection_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
-    const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_LEAST_Q8;
+    const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_MIN_Q8;
     s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_LEADS_Q8 ? s->calm_ms + 1u : 0u;
     if (s->calm_ms >= OBSERVER_MS) {
         observer_preset(&a->loop, &a->tuning);
@@ -76,15 +76,15 @@ void injection_lead_follow(struct axis *a)
 #define WEAK_MARGIN MARGIN(30) /* and no longer */
 #define DOUBTFUL_MARGIN \
     MARGIN(60) /* nor if its flux is off by DOUBT_RHO_Q15: at 0.3 it counts as lost (monitor/lock_watch.c) */
-#define DOUBT_RHO_Q15  8847
-#define CALM_MS        20u
-#define WEAK_MS        8u
-#define CALM_RHO_Q15   8192                      /* a quarter */
-#define CALM_LAG_Q32   (1u << 28)                /* 22 degrees from its mean over 16 ms: it swings but is not lost */
-#define LAG_MOST_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
-#define LAG_SHIFT      4
-#define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
-#define SLEW_SHIFT     4         /* a 16th of i_max a millisecond: currents of the field come and go */
+#define DOUBT_RHO_Q15 8847
+#define CALM_MS       20u
+#define WEAK_MS       8u
+#define CALM_RHO_Q15  8192                      /* a quarter */
+#define CALM_LAG_Q32  (1u << 28)                /* 22 degrees from its mean over 16 ms: it swings but is not lost */
+#define LAG_MAX_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
+#define LAG_SHIFT     4
+#define YIELD_MAX_Q32 (1 << 29) /* 45 degrees */
+#define SLEW_SHIFT    4         /* a 16th of i_max a millisecond: currents of the field come and go */
 
 enum align_step {
     ALIGN_ACROSS, /* 90 degrees from the rotor's final position: there is no pull from the opposite side */
@@ -211,7 +211,7 @@ static bool is_calm(struct axis *a)
     s->grows_q32 = off_q32 >> LAG_SHIFT;
     return c->flux.margin_q8 >= LEADS_ALL && c->flux.margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
            q15_abs(c->flux.rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
-           angle_size_q32(lag_q32) < LAG_MOST_Q32;
+           angle_size_q32(lag_q32) < LAG_MAX_Q32;
 }
 
 /* The rotor's rest position relative to the field: the mean of a swing period, starting where it is first seen. */
@@ -259,7 +259,7 @@ static void set_field_current(struct axis *a)
 static int32_t yield_q32(const struct axis *a)
 {
     const struct sensorless *const s = &a->sensorless;
-    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MOST_Q32, YIELD_MOST_Q32);
+    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MAX_Q32, YIELD_MAX_Q32);
     return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
 }
 

@@ -239,7 +239,7 @@ def test_the_voltage_of_a_suspected_phase_is_no_emf(motor):
 
     def lose_while_a_phase_is_suspected(m):
         lose(m)
-        m.axis.supervision.phases.missing_q15[0] = 3 * m.axis.supervision.phases.least_q15
+        m.axis.supervision.phases.missing_q15[0] = 3 * m.axis.supervision.phases.min_q15
 
     m = motor(2000, 0.5).step(100)
     assert m.until_fault(40, lose) and m.fault == "ENCODER_SLIP"
@@ -269,7 +269,7 @@ def test_an_over_current_is_the_encoders_or_the_phases_where_it_follows_from_the
     m.open_phase = 1
     for _ in range(40):
         m.step()
-        if m.axis.supervision.phases.missing_q15[1] > 2 * m.axis.supervision.phases.least_q15:
+        if m.axis.supervision.phases.missing_q15[1] > 2 * m.axis.supervision.phases.min_q15:
             break
     assert m.fault == "NONE" and sampled(m) == "OPEN_PHASE" and m.axis.faults.detail[0] == 2
 

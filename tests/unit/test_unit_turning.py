@@ -157,7 +157,7 @@ def test_loops_know_all_of_an_inductance_unless_it_falls_with_the_current(c, beg
 
 def indexed(c, d, pole_pairs, counts, per_turn=None, seen=2):
     turned(c, d, per_turn or round(counts / pole_pairs), -(per_turn or round(counts / pole_pairs)), 0)
-    d.flux_e1_uwb, d.params.flux_uwb, d.params.inertia_gmm2, d.rpm_most = 28500, 2850, 10**5, 30
+    d.flux_e1_uwb, d.params.flux_uwb, d.params.inertia_gmm2, d.rpm_max = 28500, 2850, 10**5, 30
     d.work.index.seen, d.work.index.first, d.work.index.second = seen, 123, 123 + counts
     return thought(c, d, "INDEX")
 
@@ -171,13 +171,13 @@ def test_pole_pairs_and_counts_are_exact(c, begun, pole_pairs, counts, off):
     assert known(c, begun, "POLE_PAIRS") == (pole_pairs, 0) and known(c, begun, "COUNTS") == (counts, 0)
     p = begun.params
     assert (p.pole_pairs, p.encoder_counts, p.overspeed_rpm) == (pole_pairs, counts, 480)
-    assert begun.rpm_most <= 100, "a quarter of the largest speed"
+    assert begun.rpm_max <= 100, "a quarter of the largest speed"
 
 
 def test_inertia_goes_along_with_the_pole_pairs(c, begun):
     turned(c, begun, 1000, -1000, 0)
     pairs = begun.params.pole_pairs
-    begun.params.inertia_gmm2, begun.rpm_most, begun.flux_e1_uwb, begun.params.flux_uwb = 10**6, 30, 28500, 2850
+    begun.params.inertia_gmm2, begun.rpm_max, begun.flux_e1_uwb, begun.params.flux_uwb = 10**6, 30, 28500, 2850
     begun.work.index.seen, begun.work.index.first, begun.work.index.second = 2, 0, 4000
     thought(c, begun, "INDEX")
     assert begun.params.inertia_gmm2 == pytest.approx(10**6 * 16 / pairs**2, rel=1e-4)
