@@ -303,7 +303,7 @@ static int32_t slowest_rpm(const struct axis *a)
     return 60000 / ((int32_t)HANDOVER_LOOK_MS * a->params.pole_pairs) + 1;
 }
 
-/* The encoder's offset, as found by the look. */
+/* Requests the hand-over from the slow loop, with the encoder's offset as found by the comparison. */
 static void ask_slow_loop(struct axis *a)
 {
     struct handover *const h = &a->handover;
@@ -340,7 +340,7 @@ static void handover_look(struct axis *a)
     }
 }
 
-/* The millisecond clock has stopped. */
+/* The slow loop's clock has stopped. */
 static bool slow_loop_is_dead(struct axis *a)
 {
     struct handover *const h = &a->handover;
@@ -357,7 +357,7 @@ bool handover_poll(struct axis *a)
         end(h, outcome_of(ERROR_BUSY));
     } else if (h->asked) {
         if (a->request != AXIS_REQUEST_SOURCE && h->under_way) {
-            end(h, outcome_of(ERROR_NOT_OPERATING)); /* a fault or an 'off' came first */
+            end(h, outcome_of(ERROR_NOT_OPERATING)); /* a fault or `off` came first */
         }
     } else if (a->state != AXIS_OPERATION_ENABLED) {
         end(h, outcome_of(ERROR_NOT_OPERATING));
@@ -369,9 +369,9 @@ bool handover_poll(struct axis *a)
 
 /* ==== in the slow loop ==== */
 
-/* The slow loop's part of a hand-over: makes all changes, right after a sample. */
+/* The slow loop's part: makes all changes right after a sample. */
 
-/* Cogging torque is known only with an encoder; otherwise the speed loop's memory holds it. */
+/* Cogging torque is compensated only with an encoder; otherwise the speed loop's integral contains it. */
 static int32_t known_torque_q15(struct axis *a)
 {
     const bool known = rotor_has_encoder(a) && (a->motion.cogging.count | a->tuning.friction_q15) != 0;
@@ -399,7 +399,7 @@ static void by_encoder(struct axis *a)
     current_loop_hand_over(c, LOOP_ENCODER, &rotor, a->handover.offset_q32);
 }
 
-/* The frame stays where it is, and the switches keep it within its sector. */
+/* The frame's angle stays; the Hall switches limit it to their sector. */
 static void by_hall(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
@@ -421,7 +421,7 @@ static void by_observer(struct axis *a)
 
 /* ---- what follows from it ---- */
 
-/* The shaft has turned uncounted meanwhile: the position's reference is lost. */
+/* The shaft has turned without being counted: the position reference is lost. */
 static void begin_encoder(struct axis *a)
 {
     a->start.aligned = true;

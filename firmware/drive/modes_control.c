@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the modes have in common: the torque they may ask for, and speed control. Slow loop. */
+/* Common to the modes: torque limits and speed control. Slow loop. */
 #include "firmware/axis/axis.h"
 #include "firmware/settings/scale.h"
 #include "firmware/source/rotor.h"
@@ -7,7 +7,7 @@
 
 #define FRICTION_POSITION_SHIFT 2
 
-/* Homing has less, so that the hard stop holds and the machine does not give. */
+/* Homing has a lower limit, to protect the machine at a hard stop. */
 static int32_t i_limit_q15(const struct axis *a)
 {
     const int32_t max_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
@@ -39,8 +39,8 @@ void modes_request_torque(struct axis *a, int32_t torque_q15)
 }
 
 /*
- * Feeds forward Coulomb friction for the commanded direction, so the speed loop need not find it again at each reversal while
- * the shaft is at rest.
+ * Feeds forward Coulomb friction for the commanded direction, so that the integral need not build it up again at each reversal
+ * while the shaft is at rest.
  *
  * It uses the reference, not the speed: with the speed, a friction set too large would drive the shaft. Near 0 it is
  * proportional to the reference, with the speed loop's own gain; a quarter of that if a position loop sets the reference,
@@ -68,8 +68,8 @@ int32_t modes_feedforward_torque_q15(struct axis *a)
 }
 
 /*
- * Computes what the speed loop may ask for on top of the feed-forward torque for cogging and friction. torque_ask() limits the
- * total. Returns the feed-forward torque.
+ * Torque limits for the speed loop on top of the feed-forward torque for cogging and friction, which is returned. torque_ask()
+ * limits the total.
  */
 int32_t mode_torque_room(struct axis *a, struct interval *room)
 {

@@ -32,7 +32,7 @@ struct outcome drive_defaults(struct axis *a)
     return OUTCOME_OK;
 }
 
-/* a cos k(x + f) + b sin k(x + f) as a function of x: both turn by k f. */
+/* a cos k(x + f) + b sin k(x + f) as a function of x: a rotation of (a, b) by k f. */
 void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
 {
     for (int32_t n = 0; n < m->count; n++) {
@@ -134,7 +134,7 @@ static enum error take_reaction(struct candidate *c, const struct record *r)
     return ERROR_NONE;
 }
 
-/* What this image has instead is still what it begins with. */
+/* A record of another image is kept as long as its parameter here has its initial value. */
 static bool parameter_is_foreign(const struct record *r, const struct params *own)
 {
     const struct param_info *const info = param_find(r->name);
@@ -244,7 +244,7 @@ struct outcome nvm_check(const struct params *p, struct tuning *t)
     return problem.error == ERROR_NONE ? tuning_check_motor(p) : problem;
 }
 
-/* The index counts in the encoder scale in effect: the set's scale comes first. Slow loop held. */
+/* The index is in the encoder scale in effect, so the set's scale comes first. Slow loop masked. */
 static void stored_take_over(struct axis *a, const struct candidate *c)
 {
     a->params = c->params;
@@ -258,7 +258,7 @@ static void stored_take_over(struct axis *a, const struct candidate *c)
     if (c->index_known || c->cogging.count > 0) {
         apply_tuning(a, &c->tuning);
     }
-    if (c->index_known && !a->start.aligned) { /* what was found in this run is newer */
+    if (c->index_known && !a->start.aligned) { /* the offset found in this run is newer */
         a->start.index_offset_q32 = c->index_offset_q32;
         a->start.index_known = true;
     }
@@ -275,7 +275,7 @@ void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report
     set_initial(&c);
     k->problem = outcome_of(read_records(&c, s, k));
     if (k->problem.error == ERROR_NONE) {
-        c.tuning = a->tuning; /* padding included: an axis must hold no stack bytes */
+        c.tuning = a->tuning; /* padding included: no stale stack bytes in an axis */
         k->problem = nvm_check(&c.params, &c.tuning);
     }
     k->state = k->problem.error == ERROR_NONE ? NVM_LOADED : NVM_REFUSED;
@@ -300,7 +300,7 @@ struct outcome drive_load(struct axis *a, const struct slots *s, struct nvm_repo
 
 /* From an axis to a slot, page by page. */
 
-#define WAKES_MAX 1000u /* of the thread, within which the slow loop should have advanced its clock: at least 12 ms */
+#define WAKES_MAX 1000u /* wake-ups of the thread in which the slow loop's clock must advance: at least 12 ms */
 
 struct saving {
     struct axis *axis;
@@ -335,7 +335,7 @@ static bool slow_loop_lives(const struct axis *a)
     return false;
 }
 
-/* Conversions go unanswered while a page is programmed: the slow loop must not take that for a stopped current loop. */
+/* No conversions are served while a page is programmed: the slow loop must not report a stopped current loop. */
 static void excuse(struct axis *a)
 {
     a->rate_chosen_ms = a->time_ms;
@@ -403,7 +403,7 @@ static void put_reactions(struct saving *x)
     }
 }
 
-/* What the newest slot has of another image, which may come back. */
+/* Copies records of another image, which may be flashed again. */
 static void put_foreign(struct saving *x, const struct slots *s, const struct slots_view *view)
 {
     if (!view->any || x->axis->nvm_from_defaults) {
@@ -418,7 +418,7 @@ static void put_foreign(struct saving *x, const struct slots *s, const struct sl
     }
 }
 
-/* Both are relative to the index, in the scale they were learned in: is that the set's scale? */
+/* Index angle and cogging map are in the encoder scale they were learned in: is that the set's scale? */
 static bool of_this_encoder(const struct axis *a, const struct tuning *set)
 {
     return rotor_has_encoder(a) && set->angle_source == a->tuning.angle_source && !axis_fabric_is_untrusted(a) &&
@@ -434,7 +434,7 @@ static void put_index(struct saving *x)
     }
 }
 
-/* True if there is a map but nothing to count it from. */
+/* True if there is a map but no index to refer it to. */
 static bool put_cogging(struct saving *x)
 {
     const struct axis *const a = x->axis;
@@ -452,7 +452,7 @@ static bool put_cogging(struct saving *x)
     return false;
 }
 
-/* Programming keeps the core from every interrupt. */
+/* Programming blocks all interrupts. */
 static bool is_at_rest(const struct axis *a)
 {
     return drive_is_off(a) && q15_abs(a->speed.speed_rpm_q4) <= AXIS_STANDSTILL_RPM_Q4;
@@ -481,7 +481,7 @@ struct outcome drive_may_save(const struct axis *a)
     return state_forbids(a, &unused);
 }
 
-/* The head makes it a slot, so it comes last. */
+/* The header makes the slot valid, so it is written last. */
 static void storing_finish(struct saving *x)
 {
     if (slot_pad(&x->writer)) {
@@ -492,7 +492,7 @@ static void storing_finish(struct saving *x)
     program(x);
 }
 
-/* Checks the array itself, not what was sent to it. */
+/* Verifies the flash array itself. */
 static bool is_stored(const struct slots *s, const struct slot_writer *w)
 {
     const struct slots_view view = slots_look(s);

@@ -4,7 +4,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/drive/drive.h"
 
-/* The request first: once it is seen to be taken, the state is the one behind it. */
+/* Reads the request first: once it is taken, the state already is the one that follows. */
 bool owner_axis_rests(const struct axis *a)
 {
     return a->request == AXIS_REQUEST_NONE && !a->switching.under_way && !a->retry.due &&

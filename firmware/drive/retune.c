@@ -37,8 +37,8 @@ void retune_reduced_gains(struct axis *a)
 #define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
 
 /*
- * Until the next conversion, within a PWM period, the fabric's latched count has the old setting: the slow loop would take the
- * difference for a jerk of the shaft, and end in an over-speed.
+ * Waits for the next conversion, within a PWM period: until then the fabric's latched count has the old setting, and the slow
+ * loop would report an over-speed.
  */
 static void wait_for_count(const struct encoder_regs *encoder)
 {
@@ -47,7 +47,7 @@ static void wait_for_count(const struct encoder_regs *encoder)
     }
 }
 
-/* Any change in the encoder's setting voids the alignment. */
+/* Any change of the encoder's setting invalidates the alignment. */
 void apply_tuning(struct axis *a, const struct tuning *t)
 {
     if (t->angle_source != a->tuning.angle_source) {
@@ -69,7 +69,7 @@ void apply_tuning(struct axis *a, const struct tuning *t)
     }
     if (source_has(t->angle_source, SOURCE_SWITCHES)) {
         struct hall_table table;
-        (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
+        (void)hall_table_of(&a->params, &table); /* checked with the tuning */
         hall_take_table(&a->hall, &table, t);
     }
     a->start.recheck_wiring = a->start.recheck_wiring || t->samples > a->tuning.samples;

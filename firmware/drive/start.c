@@ -11,13 +11,13 @@
 
 static const struct start_source *const start_sources[] = {SOURCES(SOURCE_START)};
 
-/* The tuning has refused a source that the build leaves out. */
+/* A source that the build leaves out is refused by the tuning. */
 static const struct start_source *source_of(const struct axis *a)
 {
     return start_sources[a->tuning.angle_source];
 }
 
-/* None until the tuning is of a source that is built in. */
+/* NULL until a tuning with a supported source is in effect. */
 void start_source_before(struct axis *a)
 {
     if (source_of(a) != NULL) {
@@ -59,7 +59,7 @@ static void step_calibration(struct axis *a)
     }
 }
 
-/* True of a rotor that its source sees driven: turning magnets induce currents of any sign. */
+/* True if a load drives the rotor: its EMF drives currents of any sign, which look like wrong wiring. */
 static bool is_driven_by_load(struct axis *a)
 {
     const struct start_source *const source = source_of(a);
@@ -70,7 +70,7 @@ static bool is_driven_by_load(struct axis *a)
     return driven;
 }
 
-/* A sign or an order is looked at twice. */
+/* A wrong sign or order is tested twice. */
 static void wiring_failed(struct axis *a, enum fault fault)
 {
     struct start *const s = &a->start;
@@ -112,7 +112,7 @@ static void step_wiring(struct axis *a)
     }
 }
 
-/* The rotor is at rest, and the bridge off for some microseconds: changes the encoder scale and the frame. */
+/* With the rotor at rest and the bridge off for some microseconds: changes encoder scale and frame. */
 static void start_take_over(struct axis *a)
 {
     struct identify *const d = &a->identify;

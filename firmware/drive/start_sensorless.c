@@ -5,17 +5,17 @@
 
 static void sensorless_begin_start(struct axis *a)
 {
-    a->start.suspected = FAULT_NONE; /* nothing shows the rotor yet */
+    a->start.suspected = FAULT_NONE; /* the rotor's motion is not known yet */
 }
 
 static void sensorless_calibrated(struct axis *a)
 {
-    injection_reset(&a->loop, &a->tuning); /* left over from last time */
+    injection_reset(&a->loop, &a->tuning); /* of the last start */
     flying_begin(a);
     a->start.phase = START_CATCH;
 }
 
-/* Switches off, and the EMF tells whether the rotor is driven, which looks like wrong wiring. */
+/* Switches off and checks the EMF: a driven rotor looks like wrong wiring. */
 static void sensorless_wiring_failed(struct axis *a, enum fault fault)
 {
     current_loop_off(&a->loop, a->fabric);
@@ -24,7 +24,7 @@ static void sensorless_wiring_failed(struct axis *a, enum fault fault)
     a->start.phase = START_CHECK_TURNING;
 }
 
-/* Injection needs a measurement at rest; without it a reluctance rotor cannot be led through standstill. */
+/* Injection is calibrated at rest; without it a reluctance rotor cannot be controlled at standstill. */
 static bool may_lead(struct axis *a)
 {
     if (a->tuning.reluctant) {
@@ -61,7 +61,7 @@ static void begin_field(struct axis *a)
     a->start.phase = START_FIELD;
 }
 
-/* The wiring is right, so it was not that: the refusal stands. */
+/* The wiring is right: the refusal is reported. */
 static void raise_saliency(struct axis *a)
 {
     const int32_t detail_q8 = a->injection.detail_q8;
@@ -84,7 +84,7 @@ void start_sensorless_wired(struct axis *a)
     a->start.phase = START_INJECTION;
 }
 
-/* A motor that a prescribed field can hold does without injection; for others it was the only way. */
+/* Falls back to I-f control, if a prescribed field can hold this motor; otherwise the start fails. */
 static void do_without_injection(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning);
@@ -92,7 +92,7 @@ static void do_without_injection(struct axis *a)
     begin_field(a);
 }
 
-/* A phase lost since its test carries none of the sweep, which looks like too little saliency: it is tested once more. */
+/* A phase lost since the wiring test looks like too little saliency: the wiring is tested again. */
 static void refuse_saliency(struct axis *a)
 {
     if (!a->tuning.reluctant) {
