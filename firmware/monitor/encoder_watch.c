@@ -9,12 +9,12 @@
 
 /* ==== lost counts, by the EMF ==== */
 
-#define MEAN_SHIFT  3 /* steps remembered, by the EMF's filter: 16, up to 128 */
-#define MIN_SHIFT   5 /* a 32nd of the bus: less EMF tells nothing */
-#define DEAD_SHIFT  8 /* of the bus: what the dead time changes by */
-#define SAME_SHIFT  2 /* a quarter more or less current, and of speed half of that, is the same */
+#define MEAN_SHIFT  3 /* steps averaged, by the EMF's filter: 16, up to 128 */
+#define MIN_SHIFT   5 /* a 32nd of the bus: less EMF is not evaluated */
+#define DEAD_SHIFT  8 /* of the bus: variation of the dead-time error */
+#define SAME_SHIFT  2 /* operating point unchanged: current within a quarter, speed within an eighth */
 #define NOISE_SHIFT 5 /* and a 32nd of i_max */
-#define ELSEWHERE   8 /* steps: a count that was lost kicks speed and currents for less */
+#define ELSEWHERE   8 /* steps: a lost count disturbs speed and currents for less */
 #define STEPS       3
 #define MAX_Q15     131071
 
@@ -50,14 +50,14 @@ static bool at_same_point(const struct slip_watch *s, const struct slip_view *v,
            is_same(v->i_q_ref_q15, s->i_q_q15, SAME_SHIFT, noise_q15);
 }
 
-/* A count that was lost turns the frame, too: for some milliseconds the current is not what is asked for. */
+/* A lost count turns the frame, too: the currents deviate from their references for some milliseconds. */
 static bool is_kicked(const struct slip_view *v, const struct tuning *t)
 {
     const int32_t noise_q15 = t->i_max_q15 >> NOISE_SHIFT;
     return !is_same(v->i_q_q15, v->i_q_ref_q15, SAME_SHIFT, noise_q15);
 }
 
-/* w Lq i_q at the Lq that was known. */
+/* w Lq i_q at the stored Lq. */
 static int32_t reaction_q15(const struct slip_watch *s, int32_t w_q15, int32_t i_q_q15)
 {
     const int64_t reaction = ((int64_t)((w_q15 * i_q_q15) >> 15) * (s->lq_q19 >> 8)) >> 11;
@@ -69,7 +69,7 @@ static int32_t across_q15(const struct slip_watch *s, const struct slip_view *v,
     return v->v_d_q15 - ((t->r_q12 * v->i_d_q15) >> 12) + reaction_q15(s, v->w_q15, v->i_q_q15);
 }
 
-/* 11 degrees of the EMF, and what may be unknown of a change: half of the reaction's, half of the resistance. */
+/* 11 degrees of the EMF, plus uncertainty of a change: half of the reaction's, half of the resistance. */
 static int32_t allowed_q15(const struct slip_watch *s, const struct slip_view *v, const struct emf *e,
                            const struct tuning *t, int32_t vbus_q15)
 {
@@ -120,9 +120,9 @@ bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile s
 
 /* ==== the encoder ==== */
 
-/* ==== where an encoder begins anew ==== */
+/* ==== the rotor's angle after a fault ==== */
 
-/* Where the rotor is when the encoder has failed, from what can still be trusted. */
+/* The rotor's angle when the encoder has failed, from what is still valid. */
 
 /* The frame is that of the next sample. */
 static void by_frame(const struct axis *a, struct rotor_seed *seed)
@@ -132,7 +132,7 @@ static void by_frame(const struct axis *a, struct rotor_seed *seed)
     seed->clock = encoder_latch_clock(&a->fabric->encoder);
 }
 
-/* Counts were lost one by one: by the index, else the EMF of the last four milliseconds, in the frame of the last sample. */
+/* Counts were lost gradually: by the index, else by the EMF of the last four milliseconds, in the frame of the last sample. */
 static void by_slip(const struct axis *a, struct rotor_seed *seed)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
@@ -144,20 +144,20 @@ static void by_slip(const struct axis *a, struct rotor_seed *seed)
     seed->angle_q32 += emf_angle_q32(&e->emf.filtered, seed->speed_q32 < 0);
 }
 
-/* The index tells how many counts it is off, unless the index itself is wrong and the EMF agrees with the frame. */
+/* The index gives the count error, unless the index itself is wrong and the EMF agrees with the frame. */
 static void by_index(const struct axis *a, struct rotor_seed *seed)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     by_frame(a, seed);
     const bool agrees = emf_is_clear(&e->emf) && emf_judge(&e->emf, seed->speed_q32 < 0) == EMF_AGREES;
-    if (!agrees || a->tuning.reluctant) { /* which looks nearly the same after half a turn */
+    if (!agrees || a->tuning.reluctant) { /* where the index check is ambiguous by half a turn */
         seed->angle_q32 -= (uint32_t)e->index_drift * a->loop.encoder_scale_q32;
     }
 }
 
 /*
- * Counts that stand still: the edge is half a count from the middle of the present count, and the speed is from before the
- * milliseconds in which the stopped counts may have affected it.
+ * Counts have stopped: the last edge is half a count from the middle of the present count; the speed is from before the stopped
+ * counts can have affected it.
  */
 static void by_last_edge(const struct axis *a, struct rotor_seed *seed)
 {
@@ -215,21 +215,21 @@ void encoder_watch_forget(struct axis *a)
 }
 
 #define JUMP_DEG       20u
-#define JUMP_COUNTS    3u                /* of a coarse encoder: less is edge noise */
+#define JUMP_COUNTS    3u                /* of a coarse encoder: less is edge jitter */
 #define DEGREES(n)     (11930464u * (n)) /* Q32 */
-#define JUMP_MAX       45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
-#define JUMP_SHIFT     4                 /* what is usual fades by a sixteenth a millisecond */
+#define JUMP_MAX       45u               /* degrees: limit of the usual deviation, well below 90 */
+#define JUMP_SHIFT     4                 /* the usual deviation decays by 1/16 a millisecond */
 #define SUSPECT_MS     8u
 #define SUSPECT_BAD_MS 2u   /* the EMF must contradict for this long */
 #define TURNED_TIMES   3u   /* contradictions needed without a jump: slow loss of counts */
-#define AGREED_OFTEN   8u   /* from then on the offset is the rotor's, whatever happens */
+#define AGREED_OFTEN   8u   /* from then on the offset counts as verified */
 #define STILL_MS       4u   /* without a count: the encoder may be dead */
-#define STILL_TURN     150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
-#define ACROSS_SHIFT   6    /* a 64th of the bus: what dead time leaves, across the current */
+#define STILL_TURN     150u /* electrical degrees in which the EMF of a turning rotor is across the current for 90 */
+#define ACROSS_SHIFT   6    /* a 64th of the bus: dead-time error across the current */
 #define STILL_COUNTS   8u
 #define INDEX_COUNTS   2  /* from pulse to pulse */
 #define EMF_TURN       1u /* the EMF is computed, */
-#define JUDGE_TURN     3u /* and judged; in the others it is held against what it was */
+#define JUDGE_TURN     3u /* and judged; in the others compared with its earlier value */
 #define INDEX_DRIFT    4  /* from the first pulse, in the same direction */
 
 static int32_t w_of(const struct axis *a, int32_t speed_q32)
@@ -238,8 +238,8 @@ static int32_t w_of(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, can stop
- * from one millisecond to the next.
+ * A shaft that maximum current can stop within 4 ms, or that turns below a twentieth of the maximum speed, can stop within a
+ * millisecond.
  */
 static int32_t dead_w_q15(const struct axis *a)
 {
@@ -267,7 +267,7 @@ void encoder_watch_begin(struct axis *a)
     emf_of_counts(&e->emf, a->tuning.encoder_scale_q32);
 }
 
-/* How far a shaft that moved by these counts in these clocks is from where its speed predicts, electrical. */
+/* Deviation, electrical, of the motion by these counts in these clocks from what the speed predicts. */
 static int32_t surprise_q32_of(const struct tuning *t, int32_t moved, uint32_t clocks, int32_t speed_q32)
 {
     const uint32_t loop_counts = (uint32_t)t->loop_counts;
@@ -275,7 +275,7 @@ static int32_t surprise_q32_of(const struct tuning *t, int32_t moved, uint32_t c
     return (int32_t)((uint32_t)moved * t->encoder_scale_q32 - samples * (uint32_t)speed_q32);
 }
 
-/* Counts from `before` to `now`, the shorter way round. */
+/* Counts from `before` to `now`, in the shorter direction. */
 static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t now)
 {
     const int32_t turn = a->params.encoder_counts;
@@ -309,9 +309,7 @@ static void begin_suspicion(const struct axis *a, struct encoder_watch *e, int32
     e->sound.speed_q32 = e->speed_before_q32;
 }
 
-/*
- * No edge for the time of eight counts: the edges' own clock shows it within a millisecond.
- */
+/* No edge for the time of eight counts, by the edges' time stamps. */
 static bool counts_stand(const struct axis *a, int32_t speed_q32)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
@@ -322,9 +320,9 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * The frame stands with the counts. If there is enough EMF, any that is left is a rotor that turns; telling none from all of it
- * needs less than telling its angle: three times what may hide it, not four. Else what resistance may hide is along the
- * current, and the EMF of a rotor that turns is soon across it.
+ * The frame has stopped with the counts, so remaining EMF means that the rotor turns. Detecting its presence needs less EMF
+ * than its angle: three times the uncertainty, not four. With less: the error of the resistance is along the current, and the
+ * EMF of a turning rotor is soon across it.
  */
 static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, bool tells)
 {
@@ -336,7 +334,7 @@ static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, boo
     return across_q15 > q15_max(e->emf.expected_q15, drop_q15 + (a->loop.vbus_q15 >> (ACROSS_SHIFT - 1))) / 2;
 }
 
-/* Counts that stand while the rotor turns mean a dead encoder; while it rests, that something has stopped the shaft. */
+/* Counts stopped while the rotor turns: the encoder is dead. Rotor stopped, too: something has blocked the shaft. */
 static void judge_still(struct axis *a, struct encoder_watch *e)
 {
     const bool tells = e->emf.expected_q15 > 3 * e->emf.unsure_q15;
@@ -356,7 +354,7 @@ static void resolve_suspicion(struct axis *a, struct encoder_watch *e, bool stan
     const bool clear = emf_is_clear(&e->emf);
     e->suspect_ms--;
     if (e->suspect_ms >= SUSPECT_MS - 1u) {
-        return; /* this millisecond's voltages are still the old ones */
+        return; /* the voltages of this millisecond are from before */
     }
     if (stands) {
         if (!e->stopped) {
@@ -379,7 +377,7 @@ bool encoder_watch_offset_is_sure(const struct axis *a)
     return !a->start.remembered || a->supervision.encoder.agreed == AGREED_OFTEN;
 }
 
-/* No jump, but the EMF disagrees: counts lost one by one, or a jump while the EMF could not tell. */
+/* No jump, but the EMF disagrees: counts lost gradually, or a jump at too little EMF. */
 static void judge_by_emf(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -392,7 +390,7 @@ static void judge_by_emf(struct axis *a)
     }
     int32_t phase;
     if (phase_watch_suspects(a, &phase)) {
-        return; /* the voltage of a phase without current is no EMF: first decide whether it is open */
+        return; /* the voltage of an open phase is not EMF: that is checked first */
     }
     e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
     if (e->against_ms >= TURNED_TIMES) {
@@ -401,7 +399,7 @@ static void judge_by_emf(struct axis *a)
     }
 }
 
-/* Counts lost one by one are an EMF that turns at the same speed and current, whatever it was taken for at first. */
+/* Gradual loss of counts shows as a rotation of the EMF at constant speed and current. */
 static void watch_slip(struct axis *a, struct encoder_watch *e)
 {
     int32_t phase;
@@ -410,7 +408,7 @@ static void watch_slip(struct axis *a, struct encoder_watch *e)
     }
 }
 
-/* No count although the earlier speed should have given enough by now, or 1/share of it; until the shaft is seen to rest. */
+/* No count although the earlier speed should have given enough by now, or 1/share of it; until standstill is detected. */
 static bool counts_are_due(const struct axis *a, uint32_t share)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
@@ -424,8 +422,8 @@ bool encoder_watch_may_be_dead(const struct axis *a)
 }
 
 /*
- * A pulse beyond a jump is a slip, if the pulse before was off to the same side already: counts were lost. If not, the pulse
- * itself may be wrong.
+ * An index deviation beyond a jump is a slip (lost counts) if the previous pulse deviated in the same direction; otherwise the
+ * pulse itself may be wrong.
  */
 static bool index_shows_slip(const struct axis *a, const struct encoder_watch *e, int32_t drift_before, int32_t drift)
 {
@@ -433,7 +431,10 @@ static bool index_shows_slip(const struct axis *a, const struct encoder_watch *e
     return again && (uint64_t)q15_abs(drift) * a->tuning.encoder_scale_q32 > e->jump_min_q32;
 }
 
-/* A pulse must come where the last one in this direction did; the pulse has a width, so each direction has its own place. */
+/*
+ * An index pulse must come at the same count as the last one in this direction; it has a width, so each direction has its own
+ * count.
+ */
 static void look_at_index(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -441,7 +442,7 @@ static void look_at_index(struct axis *a)
     e->index = now;
     const uint32_t way = e->speed_before_q32 < 0 ? 1u : 0u;
     if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
-        return; /* it may have come from either side */
+        return; /* its direction is unknown */
     }
     if (!e->index_known[way]) {
         e->index_known[way] = true;
@@ -485,8 +486,8 @@ enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
 }
 
 /*
- * After a jump of the count the observer's speed is the jump's; the rotor's is taken to be the earlier one. If the counts stand
- * still, so does the frame, as the observer comes to rest: then the currents do not respond to the rotor at all.
+ * After a jump of the count the PLL's speed is wrong; the earlier one is used. If the counts have stopped, the frame stops,
+ * too.
  */
 static void check_suspect(struct axis *a, struct encoder_watch *e)
 {
@@ -509,7 +510,7 @@ static void encoder_watch_judge(struct axis *a, struct encoder_watch *e)
     }
 }
 
-/* In doubt at once, else in turns. */
+/* Each millisecond while suspect, else every fourth. */
 static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
@@ -527,7 +528,7 @@ static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, u
     }
 }
 
-/* Returns how far the count is from where it should be. */
+/* Returns the count's deviation from its prediction. */
 static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
 {
     const struct speed_estimate *const seen = &a->speed.estimate;

@@ -10,17 +10,17 @@
 #define INVERTER_SAMPLE   2u
 #define AMBIENT_C         40
 #define AMBIENT_Q4        (AMBIENT_C * 16)
-#define COPPER_ZERO_C     235 /* below zero: where copper's resistance, extrapolated linearly, would vanish */
+#define COPPER_ZERO_C     235 /* copper: linear extrapolation of the resistance is zero at -235 degC */
 #define DERATE_Q4         (10 * 16)
-#define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more cannot last until the next update */
+#define LOSS_MAX_Q10      (20 << 10) /* times the rated loss: the range of the calculation */
 #define TOP_Q20           ((1 << 20) + (1 << 20) / 20)
 #define INVERTER_BAND_Q15 (Q15_ONE / 10)
-#define SENSOR_MIN_CODE   16u /* what is nearer to an end of the range is no temperature */
+#define SENSOR_MIN_CODE   16u /* closer to an end of the range is not a valid temperature */
 #define SENSOR_MAX_CODE   4079u
-#define SENSOR_FAR_Q4     (80 * 16) /* a model at rest in the cold: -40 degC */
+#define SENSOR_FAR_Q4     (80 * 16) /* from a model at 40 degC ambient to -40 degC */
 #define SENSOR_UPDATES    20u       /* two seconds */
 
-/* The fraction of the way to its final value that a body of this time constant covers per update; at most all of it. */
+/* Fraction of the step response per update, for this time constant; 1 at most. */
 static int32_t rate_q31(int32_t tau_ms)
 {
     const int64_t rate = ((int64_t)THERMAL_PERIOD_MS << 31) / tau_ms;
@@ -69,7 +69,7 @@ void thermal_init(struct thermal *th, struct thermal_memory *memory, const struc
     }
 }
 
-/* Towards the final value at the rate; rounded to nearest, so a long time constant does not stop short of it. */
+/* First-order lag; rounded to nearest, so that a long time constant does not stop short of the final value. */
 static void thermal_follow(int32_t *x_q20, int32_t end_q20, int32_t rate)
 {
     *x_q20 += (int32_t)((((int64_t)end_q20 - *x_q20) * rate + (1 << 30)) >> 31);
@@ -117,7 +117,9 @@ static bool is_temperature(uint32_t sensor_code)
     return sensor_code >= SENSOR_MIN_CODE && sensor_code <= SENSOR_MAX_CODE;
 }
 
-/* Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than no fan and a hot start do. */
+/*
+ * Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than a failed fan and a hot start explain.
+ */
 static bool is_far_from_model(const struct thermal *th, int32_t sensed_q4, int32_t model_q4)
 {
     const int32_t far_q4 = q15_max(SENSOR_FAR_Q4, (th->winding_full_q4 + th->housing_full_q4) * 2 / 3);

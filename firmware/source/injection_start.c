@@ -16,22 +16,23 @@
 
 #define LOCK_MS 40u
 
-/* Four parts: with, against, against, with. So drift cancels. */
+/* Current signs +, -, -, +, so that drift cancels. */
 #define POLARITY_PARTS   4u
 #define POLARITY_SETTLES 12u
 #define POLARITY_MS      24u
 #define POLARITY_TRIES   3u
 #define SIGMAS_SQUARED   36
-#define MIN_PART         64 /* of the responses: a smaller part may be something else */
+#define MIN_PART         64 /* of the responses: a smaller one may be an artefact */
 
 #define PUSH_FIRST_MS 1u
 #define PUSH_LAST_MS  256u
 #define PUSH_SETTLES  24u
-#define PUSH_MIN_Q32  ((1LL << 32) / 15) /* 24 degrees, twice between both ways; the tracked angle is right within 2 */
+/* 24 degrees, twice the difference of both directions; the tracked angle is accurate to 2 */
+#define PUSH_MIN_Q32  ((1LL << 32) / 15)
 #define PUSH_SEARCHES 16u
 
-#define PUSH_FAR_Q32  0x20000000u /* 45 degrees: the next would be four times as far */
-#define PUSH_VOID_Q32 0x60000000u /* 135: from half a turn on it would look like less */
+#define PUSH_FAR_Q32  0x20000000u /* 45 degrees: the next push would be four times as far */
+#define PUSH_VOID_Q32 0x60000000u /* 135 degrees: beyond half a turn the result would be ambiguous */
 
 /* 4 LSB per degree: 229 per radian. */
 #define RADIAN_MIN 230
@@ -42,7 +43,7 @@ enum start_step {
     STEP_SWEEP,
     STEP_LOCK,
     STEP_POLARITY,
-    STEP_REST, /* the test's current fades */
+    STEP_REST, /* ramps the test current down */
     STEP_PUSH,
 };
 
@@ -71,7 +72,7 @@ static void next_step(struct injection_start *s, enum start_step step)
 
 /* ---- sweep ---- */
 
-/* This angle's part of the sums: means over its samples. */
+/* Adds this angle's mean responses to the sums. */
 static void add_angle(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
@@ -85,7 +86,7 @@ static void add_angle(struct axis *a)
     s->sum_straight += d;
 }
 
-/* No voltage except the wave: the EMF brakes. */
+/* No voltage except the injected one: shorted windings brake. */
 static void short_windings(volatile struct current_loop *c)
 {
     current_loop_drop_voltage(c);
@@ -140,7 +141,7 @@ static void begin_polarity(struct axis *a, int32_t i_q15)
     s->with_squares = s->against_squares = 0;
 }
 
-/* Half a turn further: quantities in the present frame change sign in the new one. */
+/* Turns the frame by half a turn: all quantities change sign. */
 static void injection_turn_round(volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
@@ -213,7 +214,9 @@ static void begin_push(struct axis *a, uint32_t push_ms)
     s->push_from_q32 = a->loop.pll.angle_q32;
 }
 
-/* Twice the angle between both ways, by the windows before and after the middle one: a drift or a constant load cancels. */
+/*
+ * Twice the angle between both directions, from the windows before and after the middle one: drift or a constant load cancels.
+ */
 static int64_t pushed_apart_q32(const struct injection_start *s)
 {
     return (int64_t)s->pushed_q32[0] - 2LL * s->pushed_q32[1] + s->pushed_q32[2];
@@ -229,7 +232,7 @@ static uint32_t pushed_max_q32(const struct injection_start *s)
     return max_q32;
 }
 
-/* Which way it went: 1 forwards, -1 backwards, 0 not known. */
+/* Direction of motion: 1 forward, -1 backward, 0 unknown. */
 static int32_t pushed_direction(const struct injection_start *s)
 {
     const int64_t apart_q32 = pushed_apart_q32(s);
@@ -239,7 +242,7 @@ static int32_t pushed_direction(const struct injection_start *s)
     return apart_q32 >= PUSH_MIN_Q32 ? 1 : (apart_q32 <= -PUSH_MIN_Q32 ? -1 : 0);
 }
 
-/* As long where one has told, or a longer one might turn it by half a turn. */
+/* Doubles the push, unless it gave a result or a longer one might turn the rotor by half a turn. */
 static uint32_t next_push_ms(const struct injection_start *s, int32_t direction)
 {
     const uint32_t max_q32 = pushed_max_q32(s);
@@ -249,7 +252,7 @@ static uint32_t next_push_ms(const struct injection_start *s, int32_t direction)
     return direction != 0 || max_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
 }
 
-/* Two searches must agree: what lets go of the rotor, or takes hold of it, in the middle of one would tell anything. */
+/* Two pushes in a row must agree, because a load that changes during one can give any result. */
 static enum injection_result leave_push(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
@@ -291,7 +294,7 @@ static enum injection_result push_north(struct axis *a)
     return INJECTION_RUNNING;
 }
 
-/* ---- all of it ---- */
+/* ---- sequence ---- */
 
 static enum injection_result rest(struct axis *a)
 {
