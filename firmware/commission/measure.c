@@ -98,8 +98,8 @@ uint32_t measure_axes_easy_q32(const struct measure_axes *s)
 #define DAMPING_Q4       48 /* of about 0.4 */
 #define QUICK_DAMPING_Q4 16
 #define QUICK_MS         40
-#define MAX_Q32          ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: beyond, the field would turn the rotor away */
-#define KICK_Q32         (MAX_Q32 / 2)                  /* all that one count may move the field */
+#define MAX_Q32          ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: limit of the field's shift */
+#define KICK_Q32         (MAX_Q32 / 2)                  /* limit of the shift by one count */
 #define STILL_Q32        ((int32_t)(UINT32_MAX / 180u)) /* 2 degrees, and a count and a half of a coarse encoder */
 #define STILL_COUNT_8    12
 #define QUICK_PARTS      8 /* of the period: half a swing is four of them */
@@ -117,7 +117,7 @@ void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32,
     p->quiet_ms = 0;
 }
 
-/* Against the rotor's motion. Of a coarse encoder a count would throw the field about: it is damped less. */
+/* Opposite to the rotor's motion. Less damping with a coarse encoder, where a count would shift the field much. */
 static int32_t damped_by_q32(const struct pendulum *p, const volatile struct current_loop *c)
 {
     const int32_t behind_q32 = q15_clamp(pendulum_speed_q32(p), -MAX_Q32, MAX_Q32);
@@ -125,7 +125,7 @@ static int32_t damped_by_q32(const struct pendulum *p, const volatile struct cur
     return p->sense == 0 ? 0 : q15_clamp(behind_q32 / 16 * damping_q4, -MAX_Q32, MAX_Q32);
 }
 
-/* Halves the damping where it drives what it should damp. Motion that counts as standing still has no sense. */
+/* Halves the damping if it excites an oscillation. Motion within the standstill threshold has no direction. */
 static void damp_less(struct pendulum *p, int32_t behind_q32, int32_t still_q32)
 {
     p->half_ms++;
@@ -171,7 +171,7 @@ void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, 
     }
 }
 
-/* The field's travel in this millisecond: up to speed, along, and down to rest. */
+/* The field's travel in this millisecond: acceleration, constant speed, deceleration. */
 static int32_t field_pass_travel_q32(const struct field_pass *p)
 {
     const uint32_t down_ms = p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;

@@ -8,7 +8,7 @@
 #define FILTER_SHIFT  1 /* of the filtered vector: two steps */
 #define FILTER_COARSE 4
 #define COUNT_FINE_Q32 \
-    (UINT32_MAX / 128u)    /* an encoder's count of 2.8 degrees, electrical: no longer filter is needed */
+    (UINT32_MAX / 128u)    /* an encoder count of 2.8 degrees, electrical: up to this the filter is the shortest */
 #define DEAD_TIME_SHIFT  6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
 #define LEARN_SHIFT      7 /* a 128th of Lq a step */
 #define MAX_Q15          131071
@@ -30,8 +30,8 @@ void emf_of_counts(struct emf *e, uint32_t count_q32)
 }
 
 /*
- * While the encoder is right and current flows in q, the remaining d component is the error of Lq: Lq moves in small steps
- * until it vanishes, within a quarter and four times the parameter.
+ * With a correct angle and q current, the remaining d component is due to an error of Lq: Lq is adapted in small steps until it
+ * vanishes, within a quarter and four times the parameter.
  */
 static void learn_lq(struct emf *e, const struct tuning *t, int32_t reaction_q15)
 {

@@ -124,9 +124,10 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define RADIANS_Q4 \
     (CONFIG_SPEED_BASE_HZ * 2 * 355 / 113 * 16 / CONFIG_SLOW_HZ) /* of the base speed in a slow period: 7.9 at 20 kHz */
 #define RADIANS_SHIFT 4
-#define TRIM_SHIFT    3 /* an eighth of the error a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+/* an eighth of the error a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+#define TRIM_SHIFT    3
 #define TRIM_DRIVING  2 /* a quarter of the circle more */
-#define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current grows by itself */
+#define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current increases by itself */
 #define TRIM_MIN      1 /* half of it less */
 #define TRIM_FRACTION 6
 #define SHORT_SHIFT   4  /* 16 ms: averages the harmonics, because the trim responds to it */
@@ -134,7 +135,7 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define GAIN_MIN_Q8   32 /* of the current loops' gains */
 #define V_D_MAX_Q10   (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
 #define PAST_SHIFT    4 /* of the circle: half of what v_d leaves when first */
-#define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a faster response could oscillate */
+#define DROP_SHIFT    3 /* 8 ms: torque and flux limit are coupled; a faster response could oscillate */
 #define DROP_MAX_Q15  (1 << 15)
 
 /* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
@@ -152,7 +153,7 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
     return q15_sat16((t->r_q12 * q15_sat16(i_q15)) >> 12);
 }
 
-/* Beyond the modulator's circle each bit of voltage costs harmonics: keeps half as much. */
+/* Beyond the modulator's circle additional voltage increases harmonics: half the reserve. */
 static int32_t reserve_q15(int32_t circle, int32_t radius_steps)
 {
     return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_RESERVE_SHIFT + 2 : FLUX_RESERVE_SHIFT);

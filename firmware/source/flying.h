@@ -4,7 +4,7 @@
  * order, every step stays below a tenth of rated torque:
  *
  *   pulses        of some microseconds (commission/pulses.h), bridge off in between, each twice as long as the last until
- *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the next ones track it
+ *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the others track it
  *   no current    if the longest pulse shows almost no current, the EMF is small enough to switch the current loop on and
  *                 regulate to zero current. Its voltages are then the EMF, and are tracked the same way
  *   then          the observer starts from that angle, speed, and the matching voltages; the gates switch on right after
