@@ -75,7 +75,7 @@ bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t
 
 uint32_t saliency_offset_q32(const struct saliency *s)
 {
-    return measure_axes_easy_q32(&s->sums);
+    return measure_axes_angle_q32(&s->sums);
 }
 
 bool saliency_seen(const struct saliency *s)
@@ -89,7 +89,7 @@ bool saliency_seen(const struct saliency *s)
 #define STOOD_PART     72 /* of a turn: 5 degrees */
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
 #define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
-#define RUBBING_Q32    (DEGREES_45_Q32 / 45 * 6) /* in addition, where friction holds the rotor back */
+#define FRICTION_Q32   (DEGREES_45_Q32 / 45 * 6) /* in addition, where friction holds the rotor back */
 
 /*
  * The magnets' axis is known, but not its polarity: a field across it is never opposite to the rotor's rest position, so the
@@ -109,7 +109,7 @@ static void pull_across(struct alignment *a, const struct tuning *t, uint32_t an
 
 static enum alignment_result step_drop(struct alignment *a, volatile struct current_loop *c, const struct tuning *t)
 {
-    current_loop_ask_d(c, 0);
+    current_loop_set_i_d(c, 0);
     current_loop_field(c, a->field_q32, 0);
     if (a->still_ms >= STILL_MS) {
         saliency_start(&a->axis, t->saliency_v_q15, t->saliency_i_q15);
@@ -147,7 +147,7 @@ static enum alignment_result judge_north(struct alignment *a, volatile struct cu
     const int32_t back_q32 = (int32_t)(a->load.back_q32[0] - offset_q32);
     const uint32_t mean_q32 = angle_size_q32(forward_q32 / 2 + back_q32 / 2);
     const uint32_t away_q32 = mean_q32 + angle_size_q32(forward_q32 / 2 - back_q32 / 2);
-    if (mean_q32 > max_q32 || away_q32 > max_q32 + RUBBING_Q32) {
+    if (mean_q32 > max_q32 || away_q32 > max_q32 + FRICTION_Q32) {
         a->detail[0] = (int32_t)(away_q32 / (DEGREES_45_Q32 / 45));
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
@@ -241,13 +241,13 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
 /* The current reaches its target within half a period; faster to hold a falling load. */
 static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t half_ms = a->gripped || t->reluctant ? GRIP_MS : a->period_ms / 2;
+    const int32_t half_ms = a->held_firmly || t->reluctant ? GRIP_MS : a->period_ms / 2;
     const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 / half_ms, 1);
     a->current_q15 = measure_towards(a->current_q15, a->target_q15, slope_q15);
 }
 
 /* The rotor follows the field, and its oscillation is damped: it will not pass the opposite side again. */
-static bool hangs(const struct alignment *a)
+static bool follows_field(const struct alignment *a)
 {
     return a->stage == STAGE_SECOND && a->rotor.sense != 0;
 }
@@ -258,22 +258,22 @@ static bool hangs(const struct alignment *a)
  */
 static int32_t pull_current_q15(struct alignment *a, const struct tuning *t)
 {
-    if (a->gripped || t->reluctant) {
+    if (a->held_firmly || t->reluctant) {
         return a->current_q15;
     }
     const int32_t more_q15 = a->current_q15 / q15_max(a->rotor.period_ms / BACK_PART, 1) + 1;
     const int32_t now_q15 = pull_speed_current_q15(&a->speed, t, a->current_q15);
-    a->pull_q15 = hangs(a) ? q15_min(now_q15, a->pull_q15 + more_q15) : now_q15;
+    a->pull_q15 = follows_field(a) ? q15_min(now_q15, a->pull_q15 + more_q15) : now_q15;
     return a->pull_q15;
 }
 
 /* A rotor that accelerates without current is driven by its load: then the maximum current holds it. */
-static void grip(struct alignment *a, const struct tuning *t)
+static void hold_load_firmly(struct alignment *a, const struct tuning *t)
 {
-    if (!t->reluctant && a->stage < STAGE_PASS && !a->gripped && pull_speed_falls(&a->speed, t)) {
+    if (!t->reluctant && a->stage < STAGE_PASS && !a->held_firmly && pull_speed_falls(&a->speed, t)) {
         a->level = t->align_levels - 1u;
         a->target_q15 = t->align[a->level].i_q15;
-        a->gripped = true;
+        a->held_firmly = true;
         a->rotor.sense = 0; /* its position relative to the field is unknown now */
         alignment_begin_swing(a);
     }
@@ -283,7 +283,7 @@ static void grip(struct alignment *a, const struct tuning *t)
 bool alignment_check_external_drive(struct alignment *a, const struct tuning *t)
 {
     const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
-    grip(a, t);
+    hold_load_firmly(a, t);
     return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
 }
 
@@ -359,7 +359,7 @@ static enum alignment_result step_release(struct alignment *a, volatile struct c
     if (a->current_q15 != 0) {
         return ALIGNMENT_RUNNING;
     }
-    current_loop_ask(c, 0, 0);
+    current_loop_set_currents(c, 0, 0);
     current_loop_offset(c, load_angle_offset_q32(&a->load));
     return ALIGNMENT_DONE;
 }
@@ -416,7 +416,7 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
 #define LATE       2         /* times align_speed_ms: delay of the encoder's speed */
 #define GAINS      2         /* a falling rotor gains this part of the allowed speed */
 #define SURE       4         /* one that gains this part of it is not braked */
-#define DOUBT      5         /* eighths of R i: allows for a resistance parameter twice too large */
+#define R_MARGIN   5         /* eighths of R i: allows for a resistance parameter twice too large */
 #define MAX_Q32    (1 << 29) /* an eighth of a turn a millisecond: plausibility limit */
 
 static int32_t emf_q15(const struct tuning *t)
@@ -439,7 +439,7 @@ static void see_braking(struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);
     const bool fast = size_q32 > t->align_speed_q32 / FADE;
-    if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) * DOUBT / 8)) {
+    if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) * R_MARGIN / 8)) {
         s->brakes = true;
         s->slowest_q32 = size_q32;
     }

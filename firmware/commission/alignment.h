@@ -218,9 +218,9 @@ struct alignment {
     int32_t current_q15, target_q15;
     int32_t pull_q15; /* as much of it as the rotor's speed allows */
     struct pull_speed speed;
-    bool gripped; /* it fell, and more current caught it */
-    bool even;    /* the whole turns were even */
-    bool lost;    /* with less current the rotor did not follow */
+    bool held_firmly; /* it fell, and more current caught it */
+    bool even;        /* the whole turns were even */
+    bool lost;        /* with less current the rotor did not follow */
     struct pendulum rotor;
     struct field_pass passing;
     int32_t turn_counts_q4[2]; /* of the whole turns, forward and back */

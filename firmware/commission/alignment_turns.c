@@ -175,7 +175,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
     a->silent = false;
     encoder_sense_start(&a->turned_with);
     alignment_begin_swing(a);
-    a->gripped = false;
+    a->held_firmly = false;
     a->ratio = RATIO_ONE;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);

@@ -50,15 +50,15 @@ static bool regulates(const struct identify *d)
  * A rotor on a constant current oscillates almost undamped. So q is neither regulated nor has it a voltage: the EMF drives a
  * current through the winding's resistance, which damps.
  */
-static void calm(volatile struct current_loop *c)
+static void damp_q(volatile struct current_loop *c)
 {
     current_loop_hold_q(c, 0);
-    current_loop_ask_q(c, 0);
+    current_loop_set_i_q(c, 0);
 }
 
-static void hold_nothing(const struct identify *d, volatile struct current_loop *c)
+static void hold_zero(const struct identify *d, volatile struct current_loop *c)
 {
-    current_loop_ask(c, 0, 0);
+    current_loop_set_currents(c, 0, 0);
     if (!d->taken) {
         current_loop_hold(c, 0, 0);
     }
@@ -86,12 +86,12 @@ bool identify_step(struct identify *d, const struct measure_io *io)
         d->pausing = d->evaluating || d->total_ms % IDENTIFY_PACE_MS != 0u;
     } else {
         if (!d->taken) {
-            calm(io->loop);
+            damp_q(io->loop);
         }
         d->evaluating = d->pausing = identify_measure(d, io);
     }
     if (d->pausing) {
-        hold_nothing(d, io->loop);
+        hold_zero(d, io->loop);
     }
     return false;
 }
@@ -173,7 +173,7 @@ struct outcome identify_begin(struct identify *d, const struct params *p)
 {
     const struct params nominal = *p;
     *d = (struct identify){.params = nominal, .nominal = nominal};
-    identify_forget_motor(&d->params);
+    identify_reset_motor(&d->params);
     d->params.current_bw_hz = 100;
     const struct outcome outcome = tuning_compute(&d->params, &d->tuning);
     if (identify_tune(d, 100) != IDENTIFY_NO_REASON) {

@@ -250,7 +250,7 @@ struct identify_map_point {
 
 struct identify_map {
     uint32_t points;
-    uint32_t way_ms, ways; /* time since i_q changed its sign; number of changes */
+    uint32_t run_ms, runs; /* time since i_q changed its sign; number of changes */
     int32_t sign;          /* of i_q */
     struct identify_map_point at[IDENTIFY_MAP_POINTS];
 };

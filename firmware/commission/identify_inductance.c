@@ -49,7 +49,7 @@
 static bool settle(const struct identify *d, volatile struct current_loop *c, bool held)
 {
     current_loop_field(c, PULLED_Q32, 0);
-    current_loop_ask_d(c, held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0);
+    current_loop_set_i_d(c, held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0);
     current_loop_compensate(c, false);
     return d->phase_ms > SETTLE_MS;
 }
@@ -114,8 +114,8 @@ bool identify_doubled(const struct measure_axes *m)
 enum identify_reason identify_evaluate_axes(struct identify *d)
 {
     const struct identify_axes *const m = &d->work.axes;
-    const uint32_t held_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_HELD]);
-    const uint32_t free_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_FREE]);
+    const uint32_t held_q32 = measure_axes_angle_q32(&m->sums[IDENTIFY_HELD]);
+    const uint32_t free_q32 = measure_axes_angle_q32(&m->sums[IDENTIFY_FREE]);
     d->reluctant = identify_doubled(&m->sums[IDENTIFY_FREE]);
     d->burst.v_steps = d->reluctant ? m->free_steps : m->held_steps;
     const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);

@@ -310,9 +310,9 @@ enum identify_reason identify_evaluate_torque(struct identify *d)
 #define SUM_MS         128u /* for the resistance of a reluctance machine */
 #define ALONG_PART     3    /* of the maximum speed */
 #define RELUCTANT_PART 6    /* in that case an angle error of a degree would affect the resistance */
-#define MIN_WAYS       4u   /* runs from speed to speed: a pair with waves, a pair with sums */
-#define SUM_WAYS       2u
-#define ENOUGH_WAYS    6u
+#define MIN_RUNS       4u   /* runs from speed to speed: a pair with waves, a pair with sums */
+#define SUM_RUNS       2u
+#define MAX_RUNS       6u
 #define TIMEOUT_MS     2500u
 
 /* Of rated current, in twelfths: halves and thirds. */
@@ -354,7 +354,7 @@ static bool begins(struct identify *d, const struct measure_io *io)
 
 static void next_point(struct identify *d)
 {
-    d->work.map.way_ms = d->work.map.ways = 0;
+    d->work.map.run_ms = d->work.map.runs = 0;
     identify_enter(d, d->phase + 1u);
 }
 
@@ -439,7 +439,7 @@ bool identify_measure_along(struct identify *d, const struct measure_io *io)
     const int32_t from_q15 = d->phase == 0u ? 0 : m->at[d->phase - 1u].i_d_q15;
     /* the constant speeds have ended in that direction; time counts while the speed is reached */
     d->phase_ms -= measure_spin(io, -p->rpm, identify_i_max_q15(d)) ? 0u : 1u;
-    current_loop_ask_d(io->loop, from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS));
+    current_loop_set_i_d(io->loop, from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS));
     if (d->phase_ms > settle_ms) {
         play(d, p, p->bursts[0] > p->bursts[1] ? 1u : 0u, false, io);
     } else if (d->phase_ms > SETTLE_MS) {
@@ -462,14 +462,14 @@ static void sum_up(struct identify_map_point *p, int32_t sign, const struct meas
 static void map_turn_round(const struct identify *d, struct identify_map *m, struct identify_map_point *p,
                            int32_t x_q15)
 {
-    m->way_ms++;
+    m->run_ms++;
     if (x_q15 < p->rpm * 32768) {
         return;
     }
     m->sign = -m->sign;
-    m->way_ms = 0;
-    m->ways++;
-    if (m->ways > ENOUGH_WAYS && !has_all(p)) {
+    m->run_ms = 0;
+    m->runs++;
+    if (m->runs > MAX_RUNS && !has_all(p)) {
         p->rpm = q15_min(p->rpm + p->rpm / 4 + 1, q15_max(p->rpm, d->rpm_max));
     }
 }
@@ -484,16 +484,16 @@ static bool swing(struct identify *d, const struct measure_io *io)
     struct identify_map_point *const p = &m->at[d->phase];
     const int32_t max_q15 = p->rpm * 32768, x_q15 = io->speed->estimate.speed_rpm_q15;
     measure_push(io, m->sign * p->i_q_q15);
-    current_loop_ask_d(io->loop, measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS));
-    if (m->way_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
-        if (p->fluxes && (m->ways & SUM_WAYS) != 0u) {
+    current_loop_set_i_d(io->loop, measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS));
+    if (m->run_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
+        if (p->fluxes && (m->runs & SUM_RUNS) != 0u) {
             sum_up(p, m->sign, io);
         } else if (d->ripple_q10 == 0 || q15_abs(x_q15) < max_q15 / 2) {
             play(d, p, m->sign > 0 ? 0u : 1u, true, io);
         }
     }
     map_turn_round(d, m, p, m->sign * x_q15);
-    end_point(d, (m->ways >= MIN_WAYS || !p->fluxes) && has_all(p));
+    end_point(d, (m->runs >= MIN_RUNS || !p->fluxes) && has_all(p));
     return false;
 }
 

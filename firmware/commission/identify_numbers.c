@@ -296,7 +296,7 @@ enum identify_reason identify_tune(struct identify *d, int32_t hz)
     if (!compute(d, hz, &t)) {
         return IDENTIFY_STOPPED;
     }
-    t.kp_q_q12 = 0;   /* see calm() */
+    t.kp_q_q12 = 0;   /* see damp_q() */
     t.ripple_q10 = 0; /* the steps set dead-time compensation themselves */
     d->tuning = t;
     return IDENTIFY_NO_REASON;
@@ -321,7 +321,7 @@ void identify_replace(struct identify *d)
     d->retuned = true;
 }
 
-void identify_forget_motor(struct params *p)
+void identify_reset_motor(struct params *p)
 {
     const int64_t trip_ma = p->i_trip_ma * 85LL / 100;
     p->pole_pairs = 1;

@@ -134,7 +134,7 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
 /* ---- tuning: thread (identify_numbers.c) ---- */
 
 /* Replaces all motor parameters by neutral values. */
-void identify_forget_motor(struct params *p);
+void identify_reset_motor(struct params *p);
 
 /* Gains for the params known by now and a crossover of `hz`; clamps what does not fit. NO_REASON or STOPPED. */
 enum identify_reason identify_tune(struct identify *d, int32_t hz);

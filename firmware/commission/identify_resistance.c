@@ -124,7 +124,7 @@ bool identify_measure_hold(struct identify *d, const struct measure_io *io)
     if (d->ms == 1u) {
         current_loop_field(c, 0, 0);
     }
-    current_loop_ask_d(c, measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS));
+    current_loop_set_i_d(c, measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS));
     if (d->ms > SETTLE_MS) {
         m->v_sum += (int64_t)c->v_d_steps * c->vbus_q15;
         m->i_sum_q15 += c->i_d_q15;
@@ -217,7 +217,7 @@ static void move(struct identify *d, volatile struct current_loop *c)
     const uint32_t way_q32 = angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(d->phase_ms);
     current_loop_field(c, d->phase_ms >= MOVE_MS ? angle * SIXTH_Q32 : from_q32 + way_q32, 0);
     if (angle == 0u) {
-        current_loop_ask_d(c, measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS));
+        current_loop_set_i_d(c, measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS));
     }
     if (d->phase_ms == MOVE_MS + REST_MS) {
         identify_enter(d, STANDS);
@@ -228,7 +228,7 @@ static void stand(struct identify *d, volatile struct current_loop *c)
 {
     struct identify_resistance *const m = &d->work.resistance;
     const int32_t level = level_of(m->visit);
-    current_loop_ask_d(c, current_q15(d, level));
+    current_loop_set_i_d(c, current_q15(d, level));
     if (d->phase_ms > d->settle_ms) {
         m->v_sum[m->visit / IDENTIFY_LEVELS][m->angle][level - 1] +=
             (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
@@ -326,34 +326,34 @@ static void solve(const struct identify *d, struct solution *s)
     const struct identify_resistance *const m = &d->work.resistance;
     const int64_t vbus_q15 = scale(m->vbus_sum_q15, 1, (int64_t)IDENTIFY_ANGLES * VISITS * MEAN_MS);
     for (int32_t k = 0; k < 2 * IDENTIFY_ANGLES; k++) {
-        const int32_t way = k / IDENTIFY_ANGLES, angle = k % IDENTIFY_ANGLES;
+        const int32_t pass = k / IDENTIFY_ANGLES, angle = k % IDENTIFY_ANGLES;
         int64_t y[IDENTIFY_LEVELS];
         for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
-            y[n] = identify_scaled(m->v_sum[way][angle][n], 1, MEAN_MS);
+            y[n] = identify_scaled(m->v_sum[pass][angle][n], 1, MEAN_MS);
         }
         const struct fit fit = fit_levels(y);
-        s->slopes[way][angle] = uohm(d, fit.slope);
-        s->delays[way][angle] = tenth_ns(fit.constant, vbus_q15);
+        s->slopes[pass][angle] = uohm(d, fit.slope);
+        s->delays[pass][angle] = tenth_ns(fit.constant, vbus_q15);
     }
 }
 
 /* Mean of decreasing and increasing levels, and half their difference, which is caused by motion of the rotor. */
-struct ways {
+struct passes {
     struct identify_spread mean;
     int64_t apart;
 };
 
-static struct ways both(int64_t of[2][IDENTIFY_ANGLES])
+static struct passes both(int64_t of[2][IDENTIFY_ANGLES])
 {
     int64_t mean[IDENTIFY_ANGLES];
     for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
         mean[k] = (of[0][k] + of[1][k]) >> 1;
     }
     const int64_t apart = identify_spread(of[0], IDENTIFY_ANGLES).mean - identify_spread(of[1], IDENTIFY_ANGLES).mean;
-    return (struct ways){identify_spread(mean, IDENTIFY_ANGLES), identify_size(apart) >> 1};
+    return (struct passes){identify_spread(mean, IDENTIFY_ANGLES), identify_size(apart) >> 1};
 }
 
-static void know(struct identify *d, const struct ways *r, const struct ways *delay)
+static void know(struct identify *d, const struct passes *r, const struct passes *delay)
 {
     const int64_t gain = identify_permille(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE);
     const int64_t bus = identify_permille(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE);
@@ -380,7 +380,7 @@ static enum identify_reason resistance_judge(struct identify *d)
     }
     struct solution s;
     solve(d, &s);
-    const struct ways r = both(s.slopes), delay = both(s.delays);
+    const struct passes r = both(s.slopes), delay = both(s.delays);
     if (r.mean.mean <= 0) {
         return IDENTIFY_NOT_RESISTIVE;
     }

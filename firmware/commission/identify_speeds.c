@@ -340,7 +340,7 @@ static bool settled(struct identify *d, const struct measure_io *io)
 {
     struct identify_speeds *const m = &d->work.speeds;
     const bool there = measure_spin(io, target_rpm(d), identify_i_max_q15(d));
-    current_loop_ask_d(io->loop, along_q15(d));
+    current_loop_set_i_d(io->loop, along_q15(d));
     m->settled_ms = there ? m->settled_ms + 1u : 0u;
     m->waited_ms = there ? 0u : m->waited_ms + 1u;
     return m->settled_ms > SETTLE_MS;

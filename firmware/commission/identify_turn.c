@@ -4,7 +4,7 @@
  * and their direction, the ratio of counts per turn to pole pairs. Until the index gives both, the maximum number of pole pairs
  * that fits into the counter is assumed.
  *
- * Only the winding damps the rotor: see calm() in identify.c. Friction makes it lag by the same angle in both directions; a
+ * Only the winding damps the rotor: see damp_q() in identify.c. Friction makes it lag by the same angle in both directions; a
  * load shifts both, and shows in the EMF at higher speed.
  */
 #include "drivers/fabric/encoder.h"

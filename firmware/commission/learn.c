@@ -44,7 +44,7 @@ static void move_field(const struct hall_learn *l, volatile struct current_loop 
     const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, max_ms) : q15_max(max_ms - ms, -max_ms);
     const int32_t max_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
     current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / max_ms));
-    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, max_q15), 0);
+    current_loop_set_currents(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, max_q15), 0);
 }
 
 static uint32_t record_from_ms(const struct hall_learn *l)
@@ -205,7 +205,7 @@ enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct cur
 
 #define RUN_UP_SHARE 8         /* of a turn, until the speed is steady */
 #define MIN_SHARE    20        /* of the largest harmonic: anything smaller is noise */
-#define JERKED_Q19   (1 << 29) /* beyond any possible acceleration: the encoder jumped */
+#define JUMP_Q19     (1 << 29) /* beyond any possible acceleration: the encoder jumped */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
 {
@@ -248,7 +248,7 @@ static struct cogging_sample sample_of(const struct cogging_learn *l, const stru
                                        int32_t torque_q15, int32_t direction, const struct tuning *t)
 {
     const int64_t change_q16 = ((int64_t)e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
-    const int32_t accelerating_q19 = scale_clamp((t->speed_accel_q8 * change_q16) >> 20, -JERKED_Q19, JERKED_Q19);
+    const int32_t accelerating_q19 = scale_clamp((t->speed_accel_q8 * change_q16) >> 20, -JUMP_Q19, JUMP_Q19);
     return (struct cogging_sample){
         .angle_q32 = l->angle_q32,
         .torque_q19 = (torque_q15 + l->torque_q15) * 8 - accelerating_q19,

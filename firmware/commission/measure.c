@@ -21,7 +21,7 @@ void measure_hold_voltage(volatile struct current_loop *c, uint32_t angle_q32, i
 
 void measure_push(const struct measure_io *io, int32_t i_q_q15)
 {
-    current_loop_ask(io->loop, 0, i_q_q15);
+    current_loop_set_currents(io->loop, 0, i_q_q15);
 }
 
 bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_max_q15)
@@ -87,7 +87,7 @@ struct measure_shares measure_axes_shares(const struct measure_axes *s)
     return (struct measure_shares){(int32_t)re, (int32_t)im, (int32_t)straight};
 }
 
-uint32_t measure_axes_easy_q32(const struct measure_axes *s)
+uint32_t measure_axes_angle_q32(const struct measure_axes *s)
 {
     const struct measure_shares m = measure_axes_shares(s);
     return atan2_q32(m.im, m.re) / 2u;
@@ -152,7 +152,7 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
     p->filtered_q32 += (uint32_t)(behind_q32 / p->filter_ms);
     p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
     p->applied_q32 = field_q32 - (uint32_t)damped_q32;
-    current_loop_ask(c, current_q15, 0);
+    current_loop_set_currents(c, current_q15, 0);
     current_loop_field(c, p->applied_q32, step_q32 / c->loops_per_slow);
 }
 

@@ -84,7 +84,7 @@ struct measure_axes {
 void measure_axes_add(struct measure_axes *s, uint32_t angle_q32, int32_t along, int32_t across);
 
 /* The angle of the largest response, or half a turn more. Any context. */
-uint32_t measure_axes_easy_q32(const struct measure_axes *s);
+uint32_t measure_axes_angle_q32(const struct measure_axes *s);
 
 /* Second harmonic and mean of the response, in the same unit of 29 bits at most. Any context. */
 struct measure_shares {

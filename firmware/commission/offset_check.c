@@ -11,7 +11,7 @@
 #define RISE_PART     3       /* eighths of the period of oscillation about that current */
 #define STILL_PART    4       /* of the rise: while the current is too small to move it */
 #define STAYS_PART    2       /* of the rise: how long the current stays */
-#define PATIENT       4       /* times longer where it should move */
+#define LONGER        4       /* times longer where it should move */
 #define SPRING_Q16    1235336 /* 6 pi: three times the frequency of that oscillation */
 #define DAMPING       5       /* periods of it: 1.5 times critical */
 #define SPEED_MS      3       /* of the speed filter */
@@ -65,7 +65,7 @@ void offset_check_start(struct offset_check *o, const struct tuning *t, uint32_t
     };
     push_along(o, STEP_AXIS, 180u * DEGREE_Q32);
     emf_reset(&o->emf, t);
-    emf_of_counts(&o->emf, t->encoder_scale_q32);
+    emf_set_count(&o->emf, t->encoder_scale_q32);
 }
 
 /* ---- the result of a push ---- */
@@ -174,13 +174,13 @@ static void step_push(struct offset_check *o)
     if ((int32_t)o->ms <= o->rise_ms / STILL_PART) {
         o->from = o->counts; /* excludes motion of the previous push */
     }
-    const int32_t way = o->counts - o->from;
-    const int32_t patience = o->step >= STEP_ACROSS ? PATIENT : 1;
+    const int32_t travel = o->counts - o->from;
+    const int32_t factor = o->step >= STEP_ACROSS ? LONGER : 1;
     o->i_q15 = rising_q15(o);
-    if (q15_abs(way) < o->moves && (int32_t)o->ms < patience * (o->rise_ms + o->rise_ms / STAYS_PART)) {
+    if (q15_abs(travel) < o->moves && (int32_t)o->ms < factor * (o->rise_ms + o->rise_ms / STAYS_PART)) {
         return;
     }
-    o->sense = q15_abs(way) < o->moves ? 0 : way < 0 ? -1 : 1;
+    o->sense = q15_abs(travel) < o->moves ? 0 : travel < 0 ? -1 : 1;
     o->hold_sense = o->sense;
     o->holds = true;
     o->caught = 0;
@@ -210,9 +210,10 @@ static void hold_load(struct offset_check *o)
 }
 
 /* If that accelerates it, the magnets are on the opposite side. */
-static void catch_load(struct offset_check *o, int32_t way)
+static void catch_load(struct offset_check *o, int32_t travel)
 {
-    if (o->step >= STEP_ACROSS || way * o->sense <= LOST_TIMES * (o->caught + 1) * o->moves || o->caught == CATCHES) {
+    if (o->step >= STEP_ACROSS || travel * o->sense <= LOST_TIMES * (o->caught + 1) * o->moves ||
+        o->caught == CATCHES) {
         return;
     }
     o->caught++;
@@ -236,10 +237,10 @@ static int32_t goal(const struct offset_check *o)
  */
 static void step_hold(struct offset_check *o, const struct tuning *t, int32_t moved)
 {
-    const int32_t way = o->counts - goal(o);
+    const int32_t travel = o->counts - goal(o);
     o->speed_q16 += (moved * 65536 - o->speed_q16) / o->speed_ms;
-    catch_load(o, way);
-    const int64_t pull_q16 = (int64_t)way * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
+    catch_load(o, travel);
+    const int64_t pull_q16 = (int64_t)travel * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
     const int32_t share_q16 = q15_clamp((int32_t)(pull_q16 * t->encoder_scale_q32 >> 32), -65536, 65536);
     const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_max_q15 * share_q16) >> 16);
     o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_max_q15, o->i_max_q15);
@@ -310,7 +311,7 @@ static enum offset_result step_pushes(struct offset_check *o, volatile struct cu
         step_hold(o, t, moved);
     }
     const cossin_t along = cossin_q15(o->along_q32);
-    current_loop_ask(c, (o->i_q15 * along.cos) >> 15, (o->i_q15 * along.sin) >> 15);
+    current_loop_set_currents(c, (o->i_q15 * along.cos) >> 15, (o->i_q15 * along.sin) >> 15);
     return result;
 }
 

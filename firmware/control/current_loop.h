@@ -75,7 +75,7 @@ struct current_loop {
     struct pll pll;            /* angle predicted for the next sample, and speed; of encoder or observer, electrical */
     uint32_t angle_offset_q32; /* from that angle to the rotor's; 0 with the observer */
     const int32_t *sine;       /* lib/trig.h */
-    /* references: by current_loop_ask(); docs/contexts.md */
+    /* references: by current_loop_set_currents(); docs/contexts.md */
     int32_t i_d_ref_q15;
     int32_t i_q_ref_q15;
     /* controllers: steps per LSB of current; 0 while the bridge is off */
@@ -169,20 +169,20 @@ void current_loop_init(struct current_loop *c);
  */
 
 /* Current references: Q15 of i_range, d and q in the field's frame. The scope's sampler adds to them, too. */
-static inline void current_loop_ask_d(volatile struct current_loop *c, int32_t i_d_q15)
+static inline void current_loop_set_i_d(volatile struct current_loop *c, int32_t i_d_q15)
 {
     c->i_d_ref_q15 = i_d_q15;
 }
 
-static inline void current_loop_ask_q(volatile struct current_loop *c, int32_t i_q_q15)
+static inline void current_loop_set_i_q(volatile struct current_loop *c, int32_t i_q_q15)
 {
     c->i_q_ref_q15 = i_q_q15;
 }
 
-static inline void current_loop_ask(volatile struct current_loop *c, int32_t i_d_q15, int32_t i_q_q15)
+static inline void current_loop_set_currents(volatile struct current_loop *c, int32_t i_d_q15, int32_t i_q_q15)
 {
-    current_loop_ask_d(c, i_d_q15);
-    current_loop_ask_q(c, i_q_q15);
+    current_loop_set_i_d(c, i_d_q15);
+    current_loop_set_i_q(c, i_q_q15);
 }
 
 /* The controllers' integrals, in voltage steps, Q9: with zero gains the voltage that is held. */
@@ -223,7 +223,7 @@ static inline void current_loop_field_speed(volatile struct current_loop *c, int
 }
 
 /* The estimated rotor: angle, 2^32 a turn, and speed, per sample. */
-static inline void current_loop_point(volatile struct current_loop *c, uint32_t angle_q32)
+static inline void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
 {
     c->pll.angle_q32 = angle_q32;
 }
@@ -235,7 +235,7 @@ static inline void current_loop_run(volatile struct current_loop *c, int32_t spe
 
 static inline void current_loop_place(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32)
 {
-    current_loop_point(c, angle_q32);
+    current_loop_set_rotor(c, angle_q32);
     current_loop_run(c, speed_q32);
 }
 
@@ -287,7 +287,7 @@ static inline void current_loop_forget_injection(volatile struct current_loop *c
 }
 
 /* The gates have been disabled: their status is no longer checked. From the interrupt, or with it masked. */
-static inline void current_loop_let_go(volatile struct current_loop *c)
+static inline void current_loop_disarm(volatile struct current_loop *c)
 {
     c->status_max = UINT32_MAX;
 }

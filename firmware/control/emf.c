@@ -21,7 +21,7 @@ void emf_reset(struct emf *e, const struct tuning *t)
     *e = (struct emf){.lq_q19 = t->x_q_apparent_q11 << 8, .filter_shift = FILTER_SHIFT, .turned_q15 = TURNED_Q15};
 }
 
-void emf_of_counts(struct emf *e, uint32_t count_q32)
+void emf_set_count(struct emf *e, uint32_t count_q32)
 {
     while (e->filter_shift < FILTER_COARSE && count_q32 > COUNT_FINE_Q32 << (e->filter_shift - FILTER_SHIFT)) {
         e->filter_shift++;
@@ -64,9 +64,9 @@ static void allow(struct emf *e, const struct tuning *t, const struct emf_vector
 {
     const int32_t both_q15 = (q15_abs(i->d_q15) + q15_abs(i->q_q15)) / 2;
     const int32_t step_q15 = inductive_q15(e, moved_q15);
-    e->unsure_q15 = ((t->r_q12 * both_q15) >> 12) + dead_q15;
+    e->uncertain_q15 = ((t->r_q12 * both_q15) >> 12) + dead_q15;
     e->moving_q15 = (q15_min(step_q15, Q15_ONE) * MILLISECOND_Q15) >> 15;
-    e->slack_q15 = ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + e->moving_q15;
+    e->tolerance_q15 = ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + e->moving_q15;
 }
 
 void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t rotor_w_q15,
@@ -100,11 +100,11 @@ static int32_t unlearnt_q15(const struct emf *e)
 
 static enum emf_verdict verdict_of(const struct emf *e, int32_t d_q15, int32_t along_q15, int32_t reaction_q15)
 {
-    if (along_q15 < -e->unsure_q15 - e->moving_q15) {
+    if (along_q15 < -e->uncertain_q15 - e->moving_q15) {
         return EMF_REVERSED;
     }
     const int32_t length_q15 = q15_max(along_q15, e->expected_q15 / 2);
-    const int32_t allowed_q15 = e->slack_q15 + reaction_q15 + ((length_q15 * e->turned_q15) >> 15);
+    const int32_t allowed_q15 = e->tolerance_q15 + reaction_q15 + ((length_q15 * e->turned_q15) >> 15);
     return q15_abs(d_q15) > allowed_q15 ? EMF_TURNED : EMF_AGREES;
 }
 

@@ -36,9 +36,9 @@ struct emf {
     struct emf_vector now;      /* of the last sample */
     struct emf_vector filtered; /* over 2 steps, up to 16 */
     int32_t expected_q15;       /* |w| psi from the parameters */
-    int32_t unsure_q15;         /* uncertainty by dead time and an error of R of 50 % */
+    int32_t uncertain_q15;      /* uncertainty by dead time and an error of R of 50 % */
     int32_t moving_q15;         /* L di/dt of q: in v_q while the current changes, may reverse its sign */
-    int32_t slack_q15;          /* possible error of d: R i_d, L di/dt and dead time */
+    int32_t tolerance_q15;      /* possible error of d: R i_d, L di/dt and dead time */
     int32_t reaction_q15;       /* |w Lq i_q| */
     int32_t i_q_q15;            /* of the last step */
     int32_t lq_q19;             /* learnt q reactance at the base speed */
@@ -56,7 +56,7 @@ void emf_reset(struct emf *e, const struct tuning *t);
  * After emf_reset(): the frame follows an encoder whose counts are so far apart, electrical. Each count turns the frame, and
  * the controllers respond with a voltage that is not EMF, several times larger at 64 counts: the filter is longer.
  */
-void emf_of_counts(struct emf *e, uint32_t count_q32);
+void emf_set_count(struct emf *e, uint32_t count_q32);
 
 /*
  * One sample. The magnets' EMF follows the rotor's speed, the armature reaction that of the frame in which the currents are
@@ -68,7 +68,7 @@ void emf_step(struct emf *e, const volatile struct current_loop *c, const struct
 /* Whether there is enough EMF: four times the uncertainty (margin m in the flux observer literature). */
 static inline bool emf_is_clear(const struct emf *e)
 {
-    return e->expected_q15 > 4 * e->unsure_q15;
+    return e->expected_q15 > 4 * e->uncertain_q15;
 }
 
 /* Judges the encoder's angle by the filtered vector, at a speed of this sign. */

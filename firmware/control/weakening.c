@@ -139,7 +139,7 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define DROP_MAX_Q15  (1 << 15)
 
 /* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
-#define PLENTY_Q15 \
+#define FAR_Q15 \
     ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_RESERVE_SHIFT) - 1) / (8LL << FLUX_RESERVE_SHIFT) / \
                CONFIG_BUS_STEPS))
 
@@ -254,7 +254,7 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
 static bool is_far(const struct flux_limit *s, const volatile struct current_loop *c, int32_t w_q15, int32_t vbus_q15,
                    int32_t max_q15)
 {
-    const int32_t much_q15 = (vbus_q15 * PLENTY_Q15) >> 15;
+    const int32_t much_q15 = (vbus_q15 * FAR_Q15) >> 15;
     const int32_t d_q15 = q15_abs(c->v_d_q15);
     const int32_t q_q15 = q15_abs(c->v_q_q15);
     return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && max_q15 <= 2 * Q15_ONE &&

@@ -323,7 +323,7 @@ static const enum error error_of_envm[ENVM_RESULTS] = {
 };
 
 /* Programming a page serves the watchdog, so only while the slow loop runs. This also lets pending interrupts run. */
-static bool slow_loop_lives(const struct axis *a)
+static bool slow_loop_is_running(const struct axis *a)
 {
     const uint32_t before_ms = a->time_ms;
     for (uint32_t wake = 0; wake < WAKES_MAX; wake++) {
@@ -336,7 +336,7 @@ static bool slow_loop_lives(const struct axis *a)
 }
 
 /* No conversions are served while a page is programmed: the slow loop must not report a stopped current loop. */
-static void excuse(struct axis *a)
+static void restart_rate_check(struct axis *a)
 {
     a->rate_chosen_ms = a->time_ms;
 }
@@ -346,15 +346,15 @@ static void program(struct saving *x)
     if (x->problem != ERROR_NONE) {
         return;
     }
-    if (!slow_loop_lives(x->axis)) {
+    if (!slow_loop_is_running(x->axis)) {
         x->problem = ERROR_BUSY;
         return;
     }
     const uint32_t mask = cpu_irq_save();
     const enum envm_result result = envm_program_page(x->writer.page_offset, x->writer.page);
-    excuse(x->axis);
+    restart_rate_check(x->axis);
     if (x->axis->other_axis != NULL) {
-        excuse(x->axis->other_axis);
+        restart_rate_check(x->axis->other_axis);
     }
     cpu_irq_restore(mask);
     x->problem = error_of_envm[result];

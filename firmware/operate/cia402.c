@@ -101,7 +101,7 @@ static bool axis_is_faulty(const struct axis *a)
 /* This bus commands it, and it is on, or will be. */
 static bool is_ours(const struct cia402 *c, const struct axis *a)
 {
-    return a->owner.who == (uint32_t)c->who && !owner_axis_rests(a);
+    return a->owner.who == (uint32_t)c->who && !owner_axis_is_off(a);
 }
 
 static enum cia402_state state_of(const struct cia402 *c, const struct axis *a)
@@ -118,7 +118,7 @@ static enum cia402_state state_of(const struct cia402 *c, const struct axis *a)
 static void switch_axis_off(struct cia402 *c, struct axis *a)
 {
     c->refusal = OUTCOME_OK;
-    if (!owner_axis_rests(a)) {
+    if (!owner_axis_is_off(a)) {
         c->refusal = drive_switch_off(a);
         owner_give_up(a);
     }
@@ -237,7 +237,7 @@ void cia402_take_over(struct cia402 *c, struct axis *a)
 /* What this bus had begun has ended: by itself, because it could not begin, or because another one wanted that. */
 static void see_end(struct cia402 *c, const struct axis *a)
 {
-    if (c->course == COURSE_STARTS && a->switching.outcome.error != ERROR_NONE && owner_axis_rests(a)) {
+    if (c->course == COURSE_STARTS && a->switching.outcome.error != ERROR_NONE && owner_axis_is_off(a)) {
         c->refusal = a->switching.outcome;
     }
     if (a->owner.stopped_by != OWNER_NONE && a->owner.stopped_by != (uint32_t)c->who) {

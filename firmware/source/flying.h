@@ -43,10 +43,10 @@ struct emf_track {
 void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32_t speed_q32);
 
 /* Adds a measurement, after the same interval as before. Slow loop. */
-void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32);
+void emf_track_add(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
 /* Adds any measurement, also the first (looks = 0), where the EMF turns by less than half a turn between two. Slow loop. */
-void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32);
+void emf_track_add_any(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
 /* The EMF's direction at a sample. Any context. */
 static inline uint32_t emf_track_angle_q32(const struct emf_track *t, uint32_t at)
