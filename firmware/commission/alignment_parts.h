@@ -104,9 +104,6 @@ bool load_is_identified(struct alignment *a, const struct tuning *t);
 
 /* ---- the magnets' axis ---- */
 
-/* Switches the current off; measures the rotor's axis once it rests. `turned`: the passes are done. */
-void alignment_begin_drop(struct alignment *a, bool turned);
-
 /* One step of STAGE_DROP or STAGE_AXIS. */
 enum alignment_result alignment_step_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                           uint32_t angle_q32);

@@ -156,7 +156,7 @@ void alignment_observe_direction(struct alignment *a, const volatile struct curr
 
 #define SLOWER 4 /* times, at the second attempt */
 
-void alignment_begin_drop(struct alignment *a, bool turned)
+static void alignment_begin_drop(struct alignment *a, bool turned)
 {
     a->turned = turned;
     a->target_q15 = 0;

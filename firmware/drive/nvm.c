@@ -33,7 +33,7 @@ struct outcome drive_defaults(struct axis *a)
 }
 
 /* a cos k(x + f) + b sin k(x + f) as a function of x: a rotation of (a, b) by k f. */
-void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
+static void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
 {
     for (int32_t n = 0; n < m->count; n++) {
         struct cogging_harmonic *const h = &m->harmonics[n];
@@ -156,7 +156,11 @@ static bool reaction_is_foreign(const struct record *r, const struct reactions *
     return !chosen && fault_choice_is_absent(cause, (enum reaction)r->value[0]);
 }
 
-bool nvm_is_foreign(const struct record *r, const struct axis *own)
+/*
+ * True if this image does not use a stored record; with `own`, whether a save of that axis copies it: not if a different value
+ * has been set here. Thread.
+ */
+static bool nvm_is_foreign(const struct record *r, const struct axis *own)
 {
     switch (r->kind) {
     case RECORD_PARAMETER:
@@ -238,7 +242,8 @@ static enum error read_records(struct candidate *c, const struct slots *s, struc
     return reader.broken ? ERROR_STORED_FORMAT : ERROR_NONE;
 }
 
-struct outcome nvm_check(const struct params *p, struct tuning *t)
+/* Checks a set for consistency as `on` does; `t` is then its tuning. Thread. */
+static struct outcome nvm_check(const struct params *p, struct tuning *t)
 {
     const struct outcome problem = tuning_compute(p, t);
     return problem.error == ERROR_NONE ? tuning_check_motor(p) : problem;

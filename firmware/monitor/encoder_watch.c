@@ -87,8 +87,12 @@ static void begin_at(struct slip_watch *s, const struct slip_view *v, const stru
     s->across_q15 = across_q15(s, v, t);
 }
 
-bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile struct current_loop *c,
-                     const struct tuning *t)
+/*
+ * One step with the present voltages; `e` is the filtered EMF. True if the change has exceeded about 11 degrees, plus what a
+ * change of speed and current may explain, for three steps.
+ */
+static bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile struct current_loop *c,
+                            const struct tuning *t)
 {
     const struct slip_view v = point_now(c);
     const int32_t steps_shift = MEAN_SHIFT + (int32_t)e->filter_shift;

@@ -37,13 +37,6 @@ struct slip_watch {
     int32_t against;                 /* steps with too large a change */
 };
 
-/*
- * One step with the present voltages; `e` is the filtered EMF. True if the change has exceeded about 11 degrees, plus what a
- * change of speed and current may explain, for three steps.
- */
-bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile struct current_loop *c,
-                     const struct tuning *t);
-
 struct encoder_watch {
     struct emf emf;
     struct slip_watch slip;

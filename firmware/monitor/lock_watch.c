@@ -135,7 +135,8 @@ void hall_watch_begin(struct axis *a)
     take_counts(a);
 }
 
-void hall_watch_step(struct axis *a)
+/* One millisecond of operation with Hall switches; may raise a fault. Slow loop. */
+static void hall_watch_step(struct axis *a)
 {
     const uint32_t invalid = a->hall_watch.invalid;
     const uint32_t skipped = a->hall_watch.skipped;

@@ -27,7 +27,8 @@ static int32_t resolved_rpm_q4(const struct axis *a)
     return 2 * 60 * 1000 * 16 / a->params.encoder_counts;
 }
 
-void speed_watch_begin(struct axis *a)
+/* Starts, from the parameters. Slow loop, when operation begins. */
+static void speed_watch_begin(struct axis *a)
 {
     const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
     a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a)),

@@ -61,7 +61,8 @@ bool injection_takes_over(struct axis *a)
     return true;
 }
 
-void injection_lead_follow(struct axis *a)
+/* Gains, after current_loop_follow(). Slow loop, in injection. */
+static void injection_lead_follow(struct axis *a)
 {
     observer_follow(&a->loop, &a->tuning, OBSERVER_RESTS);
     injection_follow(&a->loop, &a->tuning);

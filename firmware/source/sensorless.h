@@ -38,9 +38,6 @@ bool injection_should_lead(const struct axis *a);
 /* The margin is too small: injection takes over; false if not available. Slow loop. */
 bool injection_takes_over(struct axis *a);
 
-/* Gains, after current_loop_follow(). Slow loop, in injection. */
-void injection_lead_follow(struct axis *a);
-
 struct axis;
 
 struct sensorless {
