@@ -173,8 +173,8 @@ $(BUILD)/packed/%/message_texts.h: $(PACKED_FROM) $(BUILD)/choices
 	$(call say,TEXTS)
 	$(Q)$(PYTHON) firmware/tables/messages_packed.py $@ $(FEATURES)
 
-$(addprefix $(BUILD)/arm/firmware/operate/,data_sheet.o messages.o): CFLAGS_ARM += -I$(BUILD)/packed/$(AXES)
-$(BUILD)/arm/firmware/operate/data_sheet.o: $(BUILD)/packed/$(AXES)/data_sheet_text.h
+$(addprefix $(BUILD)/arm/firmware/operate/,canopen_sdo.o messages.o): CFLAGS_ARM += -I$(BUILD)/packed/$(AXES)
+$(BUILD)/arm/firmware/operate/canopen_sdo.o: $(BUILD)/packed/$(AXES)/data_sheet_text.h
 $(BUILD)/arm/firmware/operate/messages.o: $(BUILD)/packed/$(AXES)/message_texts.h
 
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)

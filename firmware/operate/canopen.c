@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/canopen.h"
 
-#include "firmware/operate/canopen_parts.h"
-
 #define NMT 0x000u
 
 static void join(struct canopen *c)

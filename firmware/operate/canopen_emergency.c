@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 
 enum { GENERIC = 1u << 0, CURRENT = 1u << 1, VOLTAGE = 1u << 2, HEAT = 1u << 3, BUS = 1u << 4, OWN = 1u << 7 };
 

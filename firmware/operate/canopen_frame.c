@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
-#include "firmware/operate/profile_objects.h"
+#include "firmware/operate/canopen.h"
+#include "firmware/operate/objects.h"
 
 #define HELD_UP_MS 100u    /* longer than a full bus lets a frame wait */
 #define CROWDED    8u      /* frames: two cycles of four PDOs */

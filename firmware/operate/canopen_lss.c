@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Layer setting (CiA 305): a master gives the node its number and the bus its rate. Only `store` changes a drive. */
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 #include "firmware/settings/features.h"
 
 #define ANSWER        0x7E4u

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 
 enum { START = 1, STOP = 2, PRE_OPERATIONAL = 128, RESET_NODE = 129, RESET_COMMUNICATION = 130 };
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 
 #define SYNCHRONOUS_MOST 240u
 #define PDO_BITS         64u
@@ -22,11 +22,9 @@ uint32_t canopen_pdo_id(const struct canopen_pdo *p, uint32_t id)
     return !invalid && moved && (p->id & CANOPEN_INVALID) == 0u ? SDO_VALUE : 0u; /* only while it does not exist */
 }
 
-uint32_t canopen_pdo_type(const struct canopen_pdo *p, uint32_t type, bool receives)
+uint32_t canopen_pdo_type(uint32_t type)
 {
-    (void)p;
-    (void)receives;
-    return type <= 240u || type >= 254u ? 0u : SDO_VALUE;
+    return type <= SYNCHRONOUS_MOST || type >= 254u ? 0u : SDO_VALUE;
 }
 
 /* What a master may send is what acts at once: control word, mode, targets. */

@@ -143,7 +143,7 @@ size_t command_words(const struct command *command);
  */
 void commands_execute(struct session *s, char *line);
 
-/* ---- commands_axis.c ---- */
+/* ---- commands_session.c ---- */
 
 /*
  * "axis 2 LINE": carries out LINE on that axis, for this once. Returns the LINE, the whole line if it does not begin so, and
@@ -165,8 +165,6 @@ enum fault fault_typed(const char *name);
 /* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
 
-/* ---- completion.c ---- */
-
 /*
  * Extends the last word of an unfinished line by what all matching names have in common, plus a blank if only one matches;
  * lists them if nothing can be added, and rings (BEL) if there are none. Names are those of commands, parameters and faults,
@@ -176,21 +174,6 @@ bool completion_of(struct line *l, struct text *out);
 
 /* ---- answers.c ---- */
 
-/* "error: WORD: what"; the second adds what may have been meant, if one of the names (NULL: none) is
- * much like it. Names are a kind's, of arguments.c. */
-void answer_about(struct session *s, const char *word, const char *what);
-void answer_unknown(struct session *s, const char *word, const char *what, names_fn names);
-
-/* ---- nearest.c ---- */
-
-/* The name that is most like the word, NULL if none is much like it. Lets the buses have their turns meanwhile. */
-const char *nearest_name(const char *word, names_fn name_of, struct text *others);
-
-/* ---- progress.c ---- */
-
-/* Something that the last command for this axis began has ended as it should: a line that says so, once; else NULL. */
-const char *progress_said(struct session *s, uint32_t axis);
-
 /* "ok", or "error: " and why. */
 void answer(struct session *s, struct outcome outcome);
 
@@ -199,6 +182,19 @@ void answer_filled(struct text *out, const char *text, int32_t first, int32_t se
 
 /* The same where the values are not known: "...". */
 void answer_unfilled(struct text *out, const char *text);
+
+/*
+ * "error: WORD: what"; the second adds what may have been meant, if one of the names (NULL: none) is much like it. Names are a
+ * kind's, of arguments.c.
+ */
+void answer_about(struct session *s, const char *word, const char *what);
+void answer_unknown(struct session *s, const char *word, const char *what, names_fn names);
+
+/* The name that is most like the word, NULL if none is much like it. Lets the buses have their turns meanwhile. */
+const char *nearest_name(const char *word, names_fn name_of, struct text *others);
+
+/* Something that the last command for this axis began has ended as it should: a line that says so, once; else NULL. */
+const char *progress_said(struct session *s, uint32_t axis);
 
 /* ---- what others say, too ---- */
 
@@ -216,9 +212,6 @@ void store_print_damage(struct text *t, const struct slots_view *v);
 
 /* By `save`: the slot, and how often pages have been written so far. */
 void store_print_saved(struct text *t, const struct saved *s);
-
-/* A line while identify runs: the step. */
-void identify_print_step(struct text *out, const struct identify *d);
 
 /* "mA", "rpm/s"; "" if there is none. Derived from the end of the name. */
 const char *param_unit(const struct param_info *info);

@@ -2,7 +2,7 @@
 /*
  * The console: characters in, whole lines to commands.h, and reports of events in between.
  *
- * For people it echoes, prompts and helps with typing (line.h, completion.c). For programs (`machine on`) it does none of that:
+ * For people it echoes, prompts and helps with typing (line.h, arguments.c). For programs (`machine on`) it does none of that:
  * each line, even an empty one, is answered by its lines and a final '.'; an error is a line "error: ..."; what comes between
  * answers begins with "fault: " or "warning: ". A greeting there means that the processor has been reset.
  */

@@ -2,7 +2,247 @@
 #include "firmware/operate/modbus.h"
 
 #include "drivers/board.h"
+#include "firmware/axis/axis.h"
 #include "firmware/settings/crc.h"
+
+/* ==== frames ==== */
+
+#define FRAME_LEAST   4u /* address, function, check sum */
+#define EXCEPTION_BIT 0x80u
+
+/* A length that depends on a byte not yet received, and an unknown length. */
+#define LATER   0u
+#define UNKNOWN SIZE_MAX
+
+/* ---- lengths, check sum included (MODBUS Application Protocol V1.1b3, chapter 6) ---- */
+
+/* What is held, or a part of it. */
+struct span {
+    const uint8_t *bytes;
+    size_t count;
+    size_t tried; /* of these */
+};
+
+/* `least` bytes, and as many more as byte `counted_at` says, if that is not 0. */
+struct frame_length {
+    uint8_t least, counted_at;
+};
+
+/* clang-format off */
+static const struct frame_lengths {
+    uint8_t function;
+    struct frame_length request, reply; /* reply of 0 bytes: reply_length() knows */
+} frame_lengths[] = {
+    {0x01, {8, 0}, {5, 2}},   {0x02, {8, 0}, {5, 2}},   {0x03, {8, 0}, {5, 2}},   {0x04, {8, 0}, {5, 2}},
+    {0x05, {8, 0}, {8, 0}},   {0x06, {8, 0}, {8, 0}},   {0x07, {4, 0}, {5, 0}},   {0x08, {8, 0}, {8, 0}},
+    {0x0B, {4, 0}, {8, 0}},   {0x0C, {4, 0}, {5, 2}},   {0x0F, {9, 6}, {8, 0}},   {0x10, {9, 6}, {8, 0}},
+    {0x11, {4, 0}, {5, 2}},   {0x14, {5, 2}, {5, 2}},   {0x15, {5, 2}, {5, 2}},   {0x16, {10, 0}, {10, 0}},
+    {0x17, {13, 10}, {5, 2}}, {0x18, {6, 0}, {0, 0}},   {0x2B, {7, 0}, {0, 0}},
+};
+/* clang-format on */
+
+static const struct frame_lengths *find_lengths(uint8_t function)
+{
+    for (size_t n = 0; n < sizeof frame_lengths / sizeof frame_lengths[0]; n++) {
+        if (frame_lengths[n].function == function) {
+            return &frame_lengths[n];
+        }
+    }
+    return NULL;
+}
+
+static size_t by_count(const struct span *f, const struct frame_length *l)
+{
+    if (l->counted_at == 0u) {
+        return l->least;
+    }
+    return f->count > l->counted_at ? l->least + (size_t)f->bytes[l->counted_at] : LATER;
+}
+
+static size_t request_length(const struct span *f)
+{
+    const struct frame_lengths *const known = find_lengths(f->bytes[1]);
+    return known == NULL ? UNKNOWN : by_count(f, &known->request);
+}
+
+/* Each object of an identification has a number and a length; byte 7 says how many there are. */
+static size_t identification_length(const struct span *f)
+{
+    if (f->count < 8u) {
+        return LATER;
+    }
+    size_t end = 8;
+    for (uint32_t object = 0; object < f->bytes[7]; object++) {
+        if (f->count < end + 2u) {
+            return LATER;
+        }
+        end += 2u + f->bytes[end + 1u];
+    }
+    return end + CRC16_BYTES;
+}
+
+static size_t reply_length(const struct span *f)
+{
+    const uint8_t function = f->bytes[1];
+    if ((function & EXCEPTION_BIT) != 0u) {
+        return 5;
+    }
+    if (function == 0x18u) {
+        return f->count > 3u ? 6u + 256u * f->bytes[2] + f->bytes[3] : LATER;
+    }
+    if (function == 0x2Bu) {
+        return identification_length(f);
+    }
+    const struct frame_lengths *const known = find_lengths(function);
+    return known == NULL ? UNKNOWN : by_count(f, &known->reply);
+}
+
+/* ---- reading ---- */
+
+/* Each length is tried once, when its last byte has come: a check sum with each byte would take longer than the byte. */
+static bool frame_fits(const struct span *f, size_t length)
+{
+    return length > f->tried && length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
+}
+
+/* True if more bytes may yet complete a frame of this length. */
+static bool may_come(const struct span *f, size_t length)
+{
+    return length == LATER || (length != UNKNOWN && length <= MODBUS_FRAME_BYTES && length > f->count);
+}
+
+void modbus_frame_forget(struct modbus_frame *f)
+{
+    f->count = 0;
+    f->silence = 0;
+    f->tried = 0;
+    f->lost = false;
+    f->open = false;
+    f->resumed = false;
+}
+
+/* Removes `length` bytes from the beginning. */
+static void modbus_frame_drop(struct modbus_frame *f, size_t length)
+{
+    f->count -= length;
+    for (size_t n = 0; n < f->count; n++) {
+        f->bytes[n] = f->bytes[n + length];
+    }
+    f->silence = f->silence > length ? f->silence - length : 0u;
+    f->tried = 0;
+    f->resumed = f->resumed && f->count > 0u;
+}
+
+/* Resumes after the silence. What came after a second one is unknown from here on; it is long past. */
+static void resume(struct modbus_frame *f)
+{
+    modbus_frame_drop(f, f->silence);
+    f->silence = 0;
+    f->lost = false;
+    f->resumed = true;
+}
+
+/* A silence of 3.5 characters or more. */
+static void modbus_frame_silence(struct modbus_frame *f)
+{
+    if (f->lost || f->open) {
+        modbus_frame_forget(f);
+        f->resumed = true;
+    } else if (f->silence == 0u) {
+        f->silence = f->count;
+    }
+}
+
+static void modbus_frame_hear(struct modbus_frame *f, uint8_t byte)
+{
+    if (f->count == MODBUS_FRAME_BYTES) {
+        modbus_frame_forget(f);
+        f->lost = true;
+    }
+    if (!f->lost) {
+        f->bytes[f->count++] = byte;
+    }
+}
+
+/* An address that this drive answers under: one for each axis. */
+static bool is_own(uint8_t to, uint8_t address)
+{
+    return to >= address && to - address < (int)AXIS_COUNT && to <= MODBUS_ADDRESS_MOST;
+}
+
+/* A frame at the beginning; *hopeless if there will be none. */
+static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
+{
+    *hopeless = false;
+    if (f->count < 2u) {
+        return 0;
+    }
+    const bool of_others = !is_own(f->bytes[0], address) && f->bytes[0] != MODBUS_BROADCAST;
+    const size_t asked = request_length(f);
+    const size_t answered = of_others ? reply_length(f) : asked;
+    if (frame_fits(f, asked)) {
+        return asked;
+    }
+    if (frame_fits(f, answered)) {
+        return answered;
+    }
+    *hopeless = !may_come(f, asked) && !may_come(f, answered);
+    return 0;
+}
+
+static struct span held_from(const struct modbus_frame *f, size_t at)
+{
+    return (struct span){&f->bytes[at], f->count - at, f->tried > at ? f->tried - at : 0u};
+}
+
+static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *hopeless)
+{
+    const struct span all = held_from(f, 0);
+    return frame_in(&all, address, hopeless);
+}
+
+/* A request to this drive broke off, and a complete one follows the silence: the master has started over. */
+static bool begun_anew(const struct modbus_frame *f, uint8_t address)
+{
+    bool hopeless;
+    const struct span behind = held_from(f, f->silence);
+    return f->silence > 0u && is_own(f->bytes[0], address) && behind.count > 0u && is_own(behind.bytes[0], address) &&
+           frame_in(&behind, address, &hopeless) > 0u;
+}
+
+/*
+ * The length of a complete frame at the beginning of `bytes`, check sum included; 0 if there is none. `address`: the first of
+ * AXIS_COUNT whose requests are searched for, which decides the possible lengths. The caller removes it by modbus_frame_drop().
+ */
+static size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
+{
+    bool hopeless;
+    size_t length = frame_here(f, address, &hopeless);
+    while ((hopeless && f->silence > 0u) || (length == 0u && begun_anew(f, address))) {
+        resume(f);
+        length = frame_here(f, address, &hopeless);
+    }
+    const struct span all = held_from(f, 0);
+    f->open = hopeless && is_own(f->bytes[0], address) && request_length(&all) == UNKNOWN;
+    f->lost = hopeless && !f->open;
+    f->tried = f->count;
+    return length;
+}
+
+/* At a silence, before modbus_frame_silence(): the length of the unknown function's request that it ends, or 0. */
+static size_t modbus_frame_find_open(const struct modbus_frame *f)
+{
+    const struct span all = {f->bytes, f->count, 0};
+    return f->open && frame_fits(&all, f->count) ? f->count : 0u;
+}
+
+/* True if a frame of this length is too old to be carried out. */
+static bool modbus_frame_is_late(const struct modbus_frame *f, size_t length)
+{
+    return f->resumed && f->count > length;
+}
+
+/* ==== the line ==== */
 
 #define CHARACTER_BITS 11
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/modbus_functions.h"
+#include "firmware/operate/modbus.h"
 
 #include "firmware/settings/config.h"
 

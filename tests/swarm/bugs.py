@@ -41,7 +41,7 @@ BUGS = {
     "save writes over the newest": ("settings/slots.c", "view->any ? 1u - view->newest : 0u", "view->any ? view->newest : 0u"),
     "every fault is tried again": ("drive/retry_step.c", "if (!fault_class((enum fault)a->faults.cause)->retry ||", "if ("),
     "direction turns no set-point": ("drive/set_point.c", "return axis_forward(a) < 0 ?", "return axis_forward(a) == 0 ?"),
-    "axis 2's line is axis 1's": ("operate/commands_axis.c", "    s->axis = &s->axes[value - 1];\n", ""),
+    "axis 2's line is axis 1's": ("operate/commands_session.c", "    s->axis = &s->axes[value - 1];\n", ""),
     "the encoder is not watched": ("monitor/supervision.c", "return rotor_has_encoder(a) ? encoder_watch_step(a, turn) :",
                                    "return rotor_has_encoder(a) ? turn < TURNS :"),
 }
