@@ -144,9 +144,9 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # (m2s010.ld). What the slow loop runs from the eNVM waits for words of code, and renamed registers need longer instructions.
 CACHED = $(addprefix system/,handlers axes) drive/failover control/current_loop_frame \
     $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
-STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque flux_limit \
-    weakening emf oscillation profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch speed_watch \
-    slip_watch zero_watch) $(addprefix drive/,drive states modes modes_control mode_speed set_point reaction) scope/scope
+STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque weakening emf oscillation \
+    profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch) \
+    $(addprefix drive/,drive states modes modes_control mode_speed reaction) scope/scope
 in_firmware = $(addprefix $(BUILD)/arm/firmware/,$(addsuffix .o,$1))
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -Os
 $(call in_firmware,$(CACHED) $(STEPPED)): CFLAGS_ARM += -O2
@@ -200,7 +200,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(Q)$(OBJCOPY) -O binary $< $@
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/system/current_loop_isr.o
-$(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/emf_pulse.o commission/identify_burst.o control/bridge.o)
+$(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/pulses.o control/bridge.o)
 $(patsubst %,$(BUILD)/tests/target/test_%.elf,dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis fault source monitor drive))))
 
 # Lib.h's assembly with other fractions, under names of its own

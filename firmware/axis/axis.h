@@ -10,8 +10,8 @@
 #include <stdint.h>
 
 #include "drivers/fabric/fabric.h"
-#include "firmware/commission/hall_learn.h"
 #include "firmware/commission/identify.h"
+#include "firmware/commission/learn.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/hall.h"
 #include "firmware/control/speed_loop.h"
@@ -26,7 +26,6 @@
 #include "firmware/drive/start.h"
 #include "firmware/drive/switching.h"
 #include "firmware/fault/fault.h"
-#include "firmware/monitor/hall_watch.h"
 #include "firmware/monitor/lock_watch.h"
 #include "firmware/monitor/supervision.h"
 #include "firmware/monitor/thermal.h"

@@ -4,7 +4,7 @@
  *
  * The current pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field
  * turns one electrical turn forward and back, and a part of one with less current. Counts per turn check pole_pairs and
- * encoder_counts, their sign gives the direction, the field's lead over the encoder the offset (field_pass.h), and the lead's
+ * encoder_counts, their sign gives the direction, the field's lead over the encoder the offset (measure.h), and the lead's
  * growth with less current the load (alignment.h). Nothing is taken for granted: every failed check has its own result.
  *
  * The rotor turns by two and a half electrical turns, according to pole_pairs, to either side of its starting point; one that
@@ -17,9 +17,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/commission/field_pass.h"
 #include "firmware/commission/measure.h"
-#include "firmware/commission/pendulum.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Shared by the parts of the alignment only. Each part has a file: the encoder's direction (alignment_sense.c), turning and
- * its checks (alignment_turns.c), attempts (alignment_attempt.c), pulling and all else (alignment.c). Slow loop.
+ * Shared by the alignment's two files only: the encoder's direction, attempts, turning and its checks (alignment_turns.c);
+ * the magnets' axis, pulling and the stages (alignment.c). Slow loop.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H

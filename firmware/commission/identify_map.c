@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Inductances and fluxes over current, in the rotor's frame: waves on top of a current (identify_burst.h), while the rotor
+ * Inductances and fluxes over current, in the rotor's frame: waves on top of a current (pulses.h), while the rotor
  * turns slowly. Three legs, each a step:
  *
  *     along     i_d against the magnets and with them, at a constant speed

@@ -5,6 +5,7 @@
 #include "firmware/settings/config.h"
 #include "lib/pi.h"
 #include "lib/polar.h"
+#include "lib/q15.h"
 #include "lib/trig.h"
 
 int32_t measure_steps(const volatile struct current_loop *c, int32_t v_q15)
@@ -90,4 +91,142 @@ uint32_t measure_axes_easy_q32(const struct measure_axes *s)
 {
     const struct measure_shares m = measure_axes_shares(s);
     return atan2_q32(m.im, m.re) / 2u;
+}
+
+/* ==== a rotor on a direct current ==== */
+
+#define DAMPING_Q4       48 /* of about 0.4 */
+#define QUICK_DAMPING_Q4 16
+#define QUICK_MS         40
+#define LARGEST_Q32      ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: beyond, the field would turn the rotor away */
+#define KICK_Q32         (LARGEST_Q32 / 2)              /* all that one count may move the field */
+#define STILL_Q32        ((int32_t)(UINT32_MAX / 180u)) /* 2 degrees, and a count and a half of a coarse encoder */
+#define STILL_COUNT_8    12
+#define QUICK_PARTS      8 /* of the period: half a swing is four of them */
+#define QUICK_SWINGS     6
+
+void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32, uint32_t field_q32)
+{
+    p->period_ms = period_ms;
+    p->filter_ms = q15_max(period_ms / 16, 1);
+    p->damping_q4 = period_ms < QUICK_MS ? QUICK_DAMPING_Q4 : DAMPING_Q4;
+    p->half_ms = 0;
+    p->quick = 0;
+    p->error_q32 = (p->sense < 0 ? 0u - encoder_q32 : encoder_q32) - field_q32;
+    p->filtered_q32 = p->error_q32;
+    p->quiet_ms = 0;
+}
+
+/* Against the rotor's motion. Of a coarse encoder a count would throw the field about: it is damped less. */
+static int32_t damped_by_q32(const struct pendulum *p, const volatile struct current_loop *c)
+{
+    const int32_t behind_q32 = q15_clamp(pendulum_speed_q32(p), -LARGEST_Q32, LARGEST_Q32);
+    const int32_t damping_q4 = q15_min(p->damping_q4, KICK_Q32 / (int32_t)(c->encoder_scale_q32 / 16u + 1u));
+    return p->sense == 0 ? 0 : q15_clamp(behind_q32 / 16 * damping_q4, -LARGEST_Q32, LARGEST_Q32);
+}
+
+/* Halves the damping where it drives what it should damp. Motion that counts as standing still has no sense. */
+static void damp_less(struct pendulum *p, int32_t behind_q32, int32_t still_q32)
+{
+    p->half_ms++;
+    if (q15_abs(behind_q32 / 2) <= still_q32 / 2 || (behind_q32 > 0) == p->ahead) {
+        return;
+    }
+    p->ahead = behind_q32 > 0;
+    p->quick = p->half_ms < p->period_ms / QUICK_PARTS ? p->quick + 1 : 0;
+    p->half_ms = 0;
+    if (p->quick == QUICK_SWINGS) {
+        p->quick = 0;
+        p->damping_q4 /= 2;
+    }
+}
+
+void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t encoder_q32, uint32_t field_q32,
+                   int32_t step_q32, int32_t current_q15)
+{
+    const int32_t still_q32 = q15_max(STILL_Q32, (int32_t)(c->encoder_scale_q32 / 8u * STILL_COUNT_8));
+    p->error_q32 = (p->sense < 0 ? 0u - encoder_q32 : encoder_q32) - field_q32;
+    const int32_t behind_q32 = pendulum_speed_q32(p);
+    damp_less(p, behind_q32, still_q32);
+    const int32_t damped_q32 = damped_by_q32(p, c);
+    p->filtered_q32 += (uint32_t)(behind_q32 / p->filter_ms);
+    p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
+    p->applied_q32 = field_q32 - (uint32_t)damped_q32;
+    current_loop_ask(c, current_q15, 0);
+    current_loop_field(c, p->applied_q32, step_q32 / c->loops_per_slow);
+}
+
+/* ==== a field that turns ==== */
+
+void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, uint32_t measure_ms)
+{
+    p->step_q32 = step_q32;
+    p->ramp_ms = ramp_ms;
+    p->measure_ms = measure_ms;
+    p->time_ms = 0;
+    p->sum_q19 = 0;
+    p->sum_v_q_q15 = 0;
+    for (uint32_t i = 0; i < PASS_THIRDS; i++) {
+        p->sum_counts[i] = 0;
+    }
+}
+
+/* The field's travel in this millisecond: up to speed, along, and down to rest. */
+static int32_t field_pass_way_q32(const struct field_pass *p)
+{
+    const uint32_t down_ms = p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
+    if (p->time_ms < p->ramp_ms) {
+        return p->step_q32 / (int32_t)p->ramp_ms * (int32_t)p->time_ms;
+    }
+    if (p->time_ms < down_ms) {
+        return p->step_q32;
+    }
+    return p->step_q32 / (int32_t)p->ramp_ms * (int32_t)(down_ms + p->ramp_ms - p->time_ms);
+}
+
+/* The encoder's sample is one older than the field at the start of this millisecond. */
+static void measure(struct field_pass *p, const struct pendulum *rotor, const volatile struct current_loop *c,
+                    uint32_t encoder_q32, int32_t counts, uint32_t n)
+{
+    const uint32_t lead_q32 = rotor->applied_q32 - (uint32_t)(p->step_q32 / c->loops_per_slow) - encoder_q32;
+    if (n == 0u) {
+        p->reference_q32 = lead_q32;
+        p->first_counts = counts;
+    }
+    p->sum_counts[n / (p->measure_ms / PASS_THIRDS)] += counts - p->first_counts;
+    p->sum_q19 += (int32_t)(lead_q32 - p->reference_q32) >> 13;
+    p->sum_v_q_q15 += c->v_q_q15;
+}
+
+bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile struct current_loop *c,
+                     uint32_t encoder_q32, int32_t counts, int32_t current_q15)
+{
+    const uint32_t n = p->time_ms - p->ramp_ms - p->ramp_ms / 2u; /* of the measurement */
+    const int32_t way = field_pass_way_q32(p);
+    pendulum_step(rotor, c, encoder_q32, p->field_q32, way, current_q15);
+    if (n < p->measure_ms) {
+        measure(p, rotor, c, encoder_q32, counts, n);
+    }
+    p->field_q32 += (uint32_t)way;
+    p->time_ms++;
+    return p->time_ms > 2u * p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
+}
+
+uint32_t field_pass_mean_q32(const struct field_pass *p)
+{
+    return p->reference_q32 + (uint32_t)(p->sum_q19 / (int32_t)p->measure_ms) * 8192u;
+}
+
+int32_t field_pass_counts_q4(const struct field_pass *p)
+{
+    return (int32_t)((int64_t)(p->sum_counts[2] - p->sum_counts[0]) * (16 * 3 / 2) / (p->measure_ms / PASS_THIRDS));
+}
+
+bool field_pass_even(const struct field_pass *p, int32_t part)
+{
+    const int64_t first = (int64_t)p->sum_counts[1] - p->sum_counts[0];
+    const int64_t second = (int64_t)p->sum_counts[2] - p->sum_counts[1];
+    const int64_t apart = second > first ? second - first : first - second;
+    const int64_t both = second + first < 0 ? -(second + first) : second + first;
+    return apart / 2 * part <= both / 2 + (int64_t)part * p->measure_ms;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What the measurements on a motor are made of: a voltage or a current that stands, a ramp, a push, a spin, sums over a run,
- * the axes of a winding. identify, alignment, `learn hall` and the wiring's check are scripts of these, and of waves
- * (identify_burst.h), a field that turns (field_pass.h) and a rotor that hangs on it (pendulum.h). Slow loop, bridge on.
+ * the axes of a winding, a field that turns and a rotor that swings on it. identify, alignment, `learn hall` and the wiring's
+ * check are scripts of these, and of pulses.h. Slow loop, bridge on.
  */
 #ifndef FIRMWARE_COMMISSION_MEASURE_H
 #define FIRMWARE_COMMISSION_MEASURE_H
@@ -91,5 +91,98 @@ struct measure_shares {
     int32_t re, im, straight;
 };
 struct measure_shares measure_axes_shares(const struct measure_axes *s);
+
+/* ==== a rotor on a direct current ==== */
+
+/*
+ * The rotor hangs on a direct current like a pendulum: w0^2 = p Kt I / J, damped by nothing but friction. Here the field damps
+ * it: it moves slightly against the rotor's relative speed, which needs no inertia, only a rough period. A filter of a
+ * sixteenth of the period gives the speed. One count must not move the field by more than 30 degrees: with less than 36 of
+ * them in an electrical turn it damps less. A rotor that swings in less than 40 ms is damped only a little: a step takes a
+ * millisecond, and would come too late. For the same reason damping drives what swings much quicker than told, as a rotor does
+ * on its coupling: it halves each time that such swings follow one another.
+ */
+
+struct pendulum {
+    int32_t sense;         /* +1, or -1 if the encoder counts backwards; 0: unknown, no damping */
+    int32_t period_ms;     /* as far as the parameters know it */
+    int32_t filter_ms;     /* delay of the speed signal */
+    int32_t damping_q4;    /* gain on the filter's lag */
+    bool ahead;            /* at the last half swing */
+    int32_t half_ms;       /* since then */
+    int32_t quick;         /* half swings, much shorter than told, that followed one another */
+    uint32_t error_q32;    /* rotor's angle less the field's, plus an unknown constant */
+    uint32_t filtered_q32; /* the same, a sixteenth of a period late */
+    uint32_t applied_q32;  /* the field's angle, damping included */
+    uint32_t quiet_ms;     /* how long it has stood still on the field */
+};
+
+/* Starts at rest on a field at `field_q32`, the encoder at `encoder_q32`; swings in about `period_ms`. Slow loop. */
+void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32, uint32_t field_q32);
+
+/*
+ * Sets current and field for the next millisecond: the field is at `field_q32` at the next sample and turns by `step_q32`
+ * until the next call. `encoder_q32`: electrical angle of the encoder. Slow loop.
+ */
+void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t encoder_q32, uint32_t field_q32,
+                   int32_t step_q32, int32_t current_q15);
+
+/* Its motion relative to the field in `filter_ms`. */
+static inline int32_t pendulum_speed_q32(const struct pendulum *p)
+{
+    return (int32_t)(p->error_q32 - p->filtered_q32);
+}
+
+/* True if it has stood still for half of `period_ms` and at least 16 ms. */
+static inline bool pendulum_settled(const struct pendulum *p)
+{
+    return p->quiet_ms >= 16u && (int32_t)p->quiet_ms >= p->period_ms / 2;
+}
+
+/* ==== a field that turns ==== */
+
+/*
+ * A pass: the field turns one way, from rest to rest. The part at constant speed is measured: the field's mean lead over the
+ * encoder, the encoder's travel, and the voltage that the magnets induce. Over a third of an electrical turn, or a whole one,
+ * the mean is free of cogging: with three phases its periods are sixths of a turn.
+ */
+
+#define PASS_THIRDS         3u
+#define PASS_MEASURE_MS_MAX 8000u
+
+struct field_pass {
+    int32_t step_q32;    /* the field's speed per millisecond, signed */
+    uint32_t ramp_ms;    /* from rest to that speed, and back; half of it runs before the measurement */
+    uint32_t measure_ms; /* a multiple of PASS_THIRDS, at most PASS_MEASURE_MS_MAX */
+    uint32_t time_ms;
+    uint32_t field_q32;
+    uint32_t reference_q32; /* field less encoder at the first sample measured */
+    int32_t sum_q19;        /* of the difference to it, over the samples measured */
+    int32_t sum_v_q_q15;
+    int32_t sum_counts[PASS_THIRDS]; /* of the encoder, over each third, relative to the start of the first */
+    int32_t first_counts;
+};
+
+/* Starts from rest at p->field_q32. Slow loop. */
+void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, uint32_t measure_ms);
+
+/* One millisecond; `counts`: the encoder's, unwrapped. True when the field has come to rest. Slow loop. */
+bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile struct current_loop *c,
+                     uint32_t encoder_q32, int32_t counts, int32_t current_q15);
+
+/* Field less encoder, mean of the samples measured. Slow loop. */
+uint32_t field_pass_mean_q32(const struct field_pass *p);
+
+/*
+ * True if the encoder moved as evenly as a rotor that follows: both distances from one third to the next agree to one
+ * `part`-th. Slow loop.
+ */
+bool field_pass_even(const struct field_pass *p, int32_t part);
+
+/*
+ * The encoder's sixteenths of a count over the measured travel of the field: from the mean of the first third to that of the
+ * last, immune to stick and slip, plus half of that. A mean over many counts knows parts of one. Slow loop.
+ */
+int32_t field_pass_counts_q4(const struct field_pass *p);
 
 #endif

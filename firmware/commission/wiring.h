@@ -1,12 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Checks, before anything turns, that each phase carries current and its sensor is its own and has the right sign: a voltage
- * along one phase after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor
- * of the wrong sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
- *
- * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: while the low sides are
- * off, shunts below them show nothing, whatever the drive was told.
- */
 #ifndef FIRMWARE_COMMISSION_WIRING_H
 #define FIRMWARE_COMMISSION_WIRING_H
 
@@ -16,6 +8,40 @@
 #include "drivers/fabric/adc.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
+
+/* ==== the sensors' zeros ==== */
+
+/* Zeros of the current sensors: the mean of their codes while the bridge is off and no current can flow. */
+
+#define CALIBRATION_MS 128 /* duration, one sample each */
+
+enum calibration_result {
+    CALIBRATION_RUNNING,
+    CALIBRATION_DONE,
+    CALIBRATION_OUT_OF_RANGE, /* a zero is more than 5 % of the range from mid-scale; the old values stay */
+};
+
+struct calibration {
+    int32_t count;
+    int32_t sum_q15[3];
+};
+
+/* Starts over. Slow loop, bridge off. */
+void calibration_start(struct calibration *k);
+
+/* One sample a millisecond, CALIBRATION_MS of them: noise of 1 LSB rms leaves 0.09 LSB. Slow loop, bridge off. */
+enum calibration_result calibration_step(struct calibration *k, struct adc_regs *adc);
+
+/* ==== the phases ==== */
+
+/*
+ * Checks, before anything turns, that each phase carries current and its sensor is its own and has the right sign: a voltage
+ * along one phase after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor
+ * of the wrong sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
+ *
+ * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: while the low sides are
+ * off, shunts below them show nothing, whatever the drive was told.
+ */
 
 enum wiring_result {
     WIRING_RUNNING,

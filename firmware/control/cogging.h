@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Compensates torque that repeats each mechanical turn: cogging, sensor offsets. Adds a few harmonics, found by
- * commission/cogging_learn.h, to the torque demand before its limits. Once a millisecond, in the slow loop.
+ * commission/learn.h, to the torque demand before its limits. Once a millisecond, in the slow loop.
  *
  * It acts fully until the highest harmonic's frequency reaches the speed loop's bandwidth, and fades out by twice that speed.
  */

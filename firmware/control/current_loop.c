@@ -359,3 +359,27 @@ void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f,
     c->integral_q_q9 = q_q9;
     cpu_irq_restore(mask);
 }
+
+/* ==== another entry before the handler ==== */
+
+void current_loop_divert(volatile struct current_loop *c, void (*entry)(void), void (**handler)(void))
+{
+    const uint32_t mask = cpu_irq_save(); /* the slow loop may select another one */
+    if (c->diverted == NULL) {
+        *handler = *c->handlers->vector;
+        c->diverted = handler;
+        *c->handlers->vector = entry;
+    }
+    cpu_irq_restore(mask);
+}
+
+void current_loop_undivert(volatile struct current_loop *c)
+{
+    const uint32_t mask = cpu_irq_save();
+    if (c->diverted != NULL) {
+        *c->handlers->vector = *c->diverted;
+        c->diverted = NULL;
+        cpu_dsb(); /* visible to the next interrupt */
+    }
+    cpu_irq_restore(mask);
+}

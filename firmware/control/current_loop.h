@@ -59,7 +59,7 @@ struct loop_handlers {
 struct loop_weakening {
     bool on;                    /* from the tuning: these instances are used */
     uint32_t turn_q32;          /* how far the frame turns until the voltages act: turn_q15 without its limit */
-    int32_t radius_steps;       /* of the voltage circle: the modulator's, or overmodulation.h's */
+    int32_t radius_steps;       /* of the voltage circle: the modulator's, or overmodulation's */
     int32_t q_first;            /* which axis gets the circle first, the other the rest: all ones q, 0 d */
     int32_t first_max_steps;    /* its maximum */
     int32_t gain_q15;           /* retreat, LSB of current per step that v_q lacks; has w's sign */
@@ -164,7 +164,7 @@ void current_loop_init(struct current_loop *c);
 
 /*
  * Doors: what others ask of a loop that runs. Nobody else writes its fields, nor has a pointer into them, but observer.c,
- * injection.c, flux_limit.c and bridge.h to their own parts (tests/tools/lint.py). The interrupt takes each word as it stands
+ * injection.c, weakening.c and bridge.h to their own parts (tests/tools/lint.py). The interrupt takes each word as it stands
  * at its next sample; two of one call may act a sample apart. Slow loop, or while the bridge is off, if nothing else is said.
  */
 
@@ -365,5 +365,12 @@ void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f,
 
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
+
+/* Where the rotor was at an instant of the encoder's clock, and its speed since. */
+struct rotor_seed {
+    uint32_t angle_q32;
+    uint32_t clock;
+    int32_t speed_q32; /* a sample */
+};
 
 #endif

@@ -12,13 +12,14 @@
 #define FIRMWARE_CONTROL_CURRENT_LOOP_STEP_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/fabric/fabric.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/hall.h"
-#include "firmware/control/overmodulation.h"
 #include "firmware/control/stage_weaken.h"
+#include "firmware/settings/rates.h"
 #include "lib/advance.h"
 #include "lib/deadtime.h"
 #include "lib/modulation.h"
@@ -27,6 +28,38 @@
 #include "lib/q15.h"
 #include "lib/transform_q15.h"
 #include "lib/trig.h"
+
+/* ==== overmodulation ==== */
+
+/*
+ * Voltages beyond the circle, up to six-step.
+ *
+ * Beyond vbus / sqrt(3) a phase would need more than the bus, so it saturates for part of the turn: the modulator clips the
+ * excess. The remaining fundamental is smaller than asked for, by a known factor:
+ *     length   1 / sqrt(3)   0.6     0.667   0.8     1       2          of vbus
+ *     of six-step's, 2 / pi   0.907   0.930   0.957   0.970   0.981   0.995
+ * So a vector is lengthened by the inverse before clipping, and the motor gets the fundamental the controllers asked for: their
+ * gains hold, published voltages are real, and to current control and field weakening it is just a larger circle. The
+ * transition is smooth: length and fundamental diverge without a step. The sixth harmonics from clipping appear in the currents
+ * and remain. Clipping the duties is the shortest way from a vector to the hexagon (minimum-magnitude error); the inverse of
+ * its gain: Hava, Kerkman, Lipo, "Carrier-based PWM-VSI overmodulation strategies", IEEE Trans. Power Electron. 13(4), 1998.
+ */
+
+/* The squared lengths between which a vector is lengthened: vbus / sqrt(3) and six-step's. */
+#define OVERMODULATION_FROM    ((int32_t)((int64_t)CONFIG_BUS_STEPS * CONFIG_BUS_STEPS / 3))
+#define OVERMODULATION_SQUARES ((int32_t)((int64_t)CONFIG_BUS_STEPS * CONFIG_BUS_STEPS * 4716 / 65536))
+
+#define OVERMODULATION_BITS      5 /* of the table's index */
+#define OVERMODULATION_GAIN_BITS 12
+
+/*
+ * The lengthening factor at equal steps of the vector's square: Q12, 1.0 to 3.15. The longest is twice the bus.
+ * tests/unit/test_overmodulation.py recalculates them, by the Fourier integral of clipped duties.
+ */
+static const uint16_t overmodulation_gain_q12[(1 << OVERMODULATION_BITS) + 1] = {
+    4096, 4098, 4101, 4106, 4113, 4121, 4130, 4142, 4155, 4170, 4189, 4210, 4235, 4265,  4302,  4349,  4414,
+    4524, 4665, 4824, 5003, 5206, 5441, 5715, 6040, 6435, 6926, 7561, 8425, 9695, 11834, 12904, 12868,
+};
 
 /* ==== currents ==== */
 
@@ -378,7 +411,7 @@ static inline alphabeta_t modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, al
 /* ==== overmodulation ==== */
 
 /*
- * Fourth stage beyond the circle: lengthens the vector (overmodulation.h) and clips its compares to the period. ISR, constant
+ * Fourth stage beyond the circle: lengthens the vector (above) and clips its compares to the period. ISR, constant
  * time.
  *
  * A phase either stays at an end for the whole period or leaves it for at least dead times and shortest pulse: anything between

@@ -7,7 +7,7 @@
  * intersection. Nothing is added after that, so no limiter can reverse a torque.
  *
  *   current   i_max, or less if the thermal model says so; but never less than a flux limit needs without torque
- *   voltage   the most torque of the flux the bus voltage allows at the present speed (flux_limit.h): the field is
+ *   voltage   the most torque of the flux the bus voltage allows at the present speed (weakening.h): the field is
  *             weakened, up to the most torque per voltage (weakening.h)
  *   power     power_max_w driving, regen_max_w braking
  *   bus       braking only: keeps the bus voltage below v_max, whatever the supply takes back
@@ -31,7 +31,6 @@
 #include <stdint.h>
 
 #include "firmware/control/current_loop.h"
-#include "firmware/control/flux_limit.h"
 #include "firmware/control/interval.h"
 #include "firmware/control/weakening.h"
 #include "firmware/settings/torque_map.h"

@@ -2,7 +2,6 @@
 #include "firmware/control/torque_build.h"
 
 #include "firmware/control/current_loop.h"
-#include "firmware/control/flux_limit.h"
 #include "firmware/control/stage_weaken.h"
 #include "firmware/control/weakening.h"
 #include "firmware/settings/config.h"

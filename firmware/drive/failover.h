@@ -3,7 +3,7 @@
  * Carrying on without encoder or Hall switches, if that is the chosen reaction to their fault: the observer takes over
  * (source/sensorless.h), and the fault is a warning until the next `on`. The drive does not return to the sensor by itself.
  *
- *   seed      where the rotor is, from what can still be trusted (encoder_watch_seed(), hall_watch.h): the angle predicted
+ *   seed      where the rotor is, from what can still be trusted (encoder_watch_seed(), lock_watch.h): the angle predicted
  *             from good counts or edges; or the last good angle, and the speed since; or the direction of the EMF if there
  *             is enough of it
  *   bridge    stays on: the frame turns to the seed, voltages and currents are expressed in it, and the vector changes to the
@@ -21,8 +21,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/control/current_loop.h"
 #include "firmware/fault/fault.h"
-#include "firmware/source/rotor_seed.h"
 
 struct axis;
 

@@ -1,8 +1,52 @@
 /* SPDX-License-Identifier: MIT */
-/* hm: the search for an index or a hard stop (commission/homing.h); then pp holds the zero. */
 #include <stddef.h>
 
-#include "firmware/drive/mode.h"
+#include "firmware/axis/axis.h"
+
+/* ==== the search ==== */
+
+#define BLOCKED_MS 100u /* a block */
+#define STUCK_MS   500u /* no index will come */
+
+void homing_begin(struct homing *h, enum homing_method method, const struct turns *turns)
+{
+    *h = (struct homing){.method = (uint32_t)method, .from = turns->counts, .counted = turns->counts};
+}
+
+static int64_t homing_size(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+/* One count forward and back, from a yielding shaft, is no motion. */
+static void watch_motion(struct homing *h, const struct homing_view *v)
+{
+    if (!v->at_limit || homing_size(v->turns->counts - h->counted) > 1) {
+        h->counted = v->turns->counts;
+        h->blocked_ms = 0;
+    } else {
+        h->blocked_ms++;
+    }
+}
+
+enum homing_result homing_step(struct homing *h, const struct homing_view *v)
+{
+    watch_motion(h, v);
+    if (h->method == HOMING_INDEX && v->index_seen) {
+        h->zero = turns_at(v->turns, v->index, v->turn);
+        return HOMING_FOUND;
+    }
+    if (h->method == HOMING_BLOCK && h->blocked_ms >= BLOCKED_MS) {
+        h->zero = v->turns->counts;
+        return HOMING_FOUND;
+    }
+    const bool too_far = homing_size(v->turns->counts - h->from) > v->farthest;
+    return too_far || h->blocked_ms >= STUCK_MS ? HOMING_FAILED : HOMING_SEARCHES;
+}
+
+/* ==== the mode ==== */
+
+/* hm: the search for an index or a hard stop (modes.h); then pp holds the zero. */
 
 static struct outcome hm_check(const struct axis *a, int32_t method)
 {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* `learn cogging`: turns slowly either way and samples the torque (commission/cogging_learn.h). */
+/* `learn cogging`: turns slowly either way and samples the torque (commission/learn.h). */
 #include <stddef.h>
 
+#include "firmware/axis/axis.h"
 #include "firmware/drive/drive.h"
-#include "firmware/drive/mode.h"
 #include "firmware/drive/requests.h"
 
 static struct outcome learning_check(const struct axis *a, int32_t value)

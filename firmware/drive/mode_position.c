@@ -2,7 +2,7 @@
 /* pp: a position, by a profile. csp: a position each cycle, in between a straight line. */
 #include <stddef.h>
 
-#include "firmware/drive/mode.h"
+#include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
 /* The present reference speed, in the profile's units. A 64-bit division. */

@@ -2,7 +2,7 @@
 /* pv: a speed, along the ramp. csv: a speed each cycle, in between a straight line. */
 #include <stddef.h>
 
-#include "firmware/drive/mode.h"
+#include "firmware/axis/axis.h"
 #include "firmware/settings/scale.h"
 
 static struct outcome pv_check(const struct axis *a, int32_t rpm)

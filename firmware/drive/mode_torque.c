@@ -2,7 +2,7 @@
 /* tq: a torque, at once. cst: a torque each cycle, in between a straight line. */
 #include <stddef.h>
 
-#include "firmware/drive/mode.h"
+#include "firmware/axis/axis.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 

@@ -3,7 +3,9 @@
 
 #include <stddef.h>
 
-#include "firmware/drive/mode.h"
+#include "firmware/drive/drive.h"
+#include "firmware/drive/requests.h"
+#include "firmware/settings/features.h"
 #include "firmware/source/rotor.h"
 
 static const struct mode *const modes_table[AXIS_MODES] = {
@@ -62,4 +64,142 @@ void modes_step(struct axis *a)
     if (next != NULL) {
         modes_aim(a, next);
     }
+}
+
+/* ==== set-points ==== */
+
+static void leave_in_mailbox(struct axis *a, struct set_point *s)
+{
+    const struct set_point *const before = &a->set_point;
+    if (s->relative && before->waits && before->mode == s->mode) {
+        s->by += before->by; /* two relative ones before a step are as far as both */
+        s->value = before->value;
+        s->relative = before->relative;
+    }
+    s->at = adc_sequence(&a->fabric->adc);
+    if (before->waits && before->mode == s->mode && axis_mode_is_cyclic(s->mode)) {
+        s->second = true;
+        s->first = before->second ? before->first : before->value; /* of three the one between goes */
+        s->first_at = before->second ? before->first_at : before->at;
+    }
+    s->waits = true;
+    a->set_point = *s;
+}
+
+/* The check and the mailbox belong together: a quick stop must not come in between. Thread. */
+static struct outcome post(struct axis *a, struct set_point *s)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    const uint32_t held = request_hold();
+    const struct outcome outcome =
+        a->state == AXIS_OPERATION_ENABLED ? modes_check(a, s) : outcome_of(ERROR_NOT_OPERATING);
+    if (outcome.error == ERROR_NONE) {
+        leave_in_mailbox(a, s);
+    }
+    request_release(held);
+    return outcome;
+}
+
+static void aim(struct axis *a, const struct set_point *s)
+{
+    if (modes_check(a, s).error == ERROR_NONE) { /* the encoder may have been given up since */
+        modes_aim(a, s);
+    }
+}
+
+void set_point_take(struct axis *a)
+{
+    const struct set_point s = a->set_point;
+    a->set_point.waits = false;
+    if (s.waits && s.second) {
+        aim(a, &(struct set_point){.mode = s.mode, .value = s.first, .at = s.first_at});
+    }
+    if (s.waits) {
+        aim(a, &s);
+    }
+}
+
+/* One of the operator's, in the machine's direction. The least of 32 bits is its own opposite, as of any counter that wraps. */
+static int32_t turned(const struct axis *a, int32_t value)
+{
+    return axis_forward(a) < 0 ? (int32_t)(0u - (uint32_t)value) : value;
+}
+
+static struct outcome post_value(struct axis *a, enum axis_mode mode, int32_t value)
+{
+    return post(a, &(struct set_point){.mode = (uint8_t)mode, .value = turned(a, value)});
+}
+
+struct outcome drive_command_speed(struct axis *a, int32_t rpm)
+{
+    return post_value(a, AXIS_MODE_SPEED, rpm);
+}
+
+struct outcome drive_command_current(struct axis *a, int32_t milliamp)
+{
+    return post_value(a, AXIS_MODE_TORQUE, milliamp);
+}
+
+struct outcome drive_command_position(struct axis *a, int32_t counts, bool relative)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_POSITION,
+                                       .value = relative ? 0 : turned(a, counts),
+                                       .relative = relative,
+                                       .by = relative ? turned(a, counts) : 0});
+}
+
+struct outcome drive_command_cyclic_position(struct axis *a, int32_t counts)
+{
+    return post_value(a, AXIS_MODE_CYCLIC_POSITION, counts);
+}
+
+struct outcome drive_command_cyclic_speed(struct axis *a, int32_t rpm)
+{
+    return post_value(a, AXIS_MODE_CYCLIC_SPEED, rpm);
+}
+
+struct outcome drive_command_cyclic_current(struct axis *a, int32_t milliamp)
+{
+    return post_value(a, AXIS_MODE_CYCLIC_TORQUE, milliamp);
+}
+
+struct outcome drive_command_home(struct axis *a, enum homing_method method)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_HOMING, .value = (int32_t)method});
+}
+
+struct outcome drive_learn_cogging(struct axis *a)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_LEARNING});
+}
+
+/* Whatever was asked for before counts from the old zero. */
+static bool set_point_is_taken(const struct axis *a)
+{
+    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+        if (!a->set_point.waits) {
+            return true;
+        }
+    }
+    return false;
+}
+
+struct outcome drive_set_zero(struct axis *a)
+{
+    if (!FEATURE_IN(POSITION)) {
+        return feature_absent(FEATURE_POSITION);
+    }
+    if (!request_settled(a) || !set_point_is_taken(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    const uint32_t held = request_hold();
+    const bool searching = a->state == AXIS_OPERATION_ENABLED && a->mode == AXIS_MODE_HOMING;
+    if (!searching) {
+        modes_set_zero(a, a->motion.turns.counts);
+        a->motion.homed = false;
+    }
+    request_release(held);
+    return outcome_of(searching ? ERROR_HOMING : ERROR_NONE);
 }

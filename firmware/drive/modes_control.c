@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What the modes have in common: the torque they may ask for, and speed control. Slow loop. */
-#include "firmware/drive/mode.h"
+#include "firmware/axis/axis.h"
 #include "firmware/settings/scale.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"

@@ -4,9 +4,9 @@
 #include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
-#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
+#include "firmware/drive/retune.h"
 #include "firmware/monitor/device.h"
 #include "firmware/settings/features.h"
 #include "firmware/source/rotor.h"

@@ -6,6 +6,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/drive/drive.h"
+#include "firmware/drive/retry.h"
 #include "firmware/monitor/device.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
@@ -249,4 +250,28 @@ struct outcome drive_choose_reaction(struct axis *a, enum fault cause, enum reac
     }
     a->reactions.choice[cause] = (uint8_t)choice;
     return OUTCOME_OK;
+}
+
+/* ==== what they mean for the retries ==== */
+
+void retry_withdraw(struct retry *r)
+{
+    r->wanted = false;
+    r->waiting = false;
+    r->due = false;
+    r->resumes = false;
+}
+
+void retry_forget(struct retry *r)
+{
+    retry_withdraw(r);
+    r->count = 0;
+}
+
+void retry_accept(struct retry *r)
+{
+    r->start_rpm_q16 = r->resumes ? r->resume_rpm_q16 : 0;
+    r->resumes = false;
+    r->due = false;
+    r->wanted = true;
 }

@@ -5,7 +5,6 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/drive/retune.h"
-#include "firmware/drive/start_parts.h"
 #include "firmware/settings/features.h"
 
 #define SOURCE_START(name, feature, start, properties) FEATURE_IN(feature) ? &start_by_##start : NULL,
@@ -31,15 +30,6 @@ void start_source_after(struct axis *a)
     if (source_of(a) != NULL && source_of(a)->after != NULL) {
         source_of(a)->after(a);
     }
-}
-
-void start_forget(struct axis *a)
-{
-    a->start.aligned = false;
-    a->start.index_known = false;
-    a->start.remembered = false;
-    a->start.rescaled = true;
-    a->start.wired = false;
 }
 
 void start_begin(struct axis *a)

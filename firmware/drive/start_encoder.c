@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A start with an encoder: alignment, unless its relation to the magnets is known already, by its count or by the index. */
 #include "firmware/axis/axis.h"
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 

@@ -1,8 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-/* A start switches the bridge on. */
+/* What a start knows, and how it switches the bridge on. */
 #include "firmware/axis/axis.h"
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
+
+void start_forget(struct axis *a)
+{
+    a->start.aligned = false;
+    a->start.index_known = false;
+    a->start.remembered = false;
+    a->start.rescaled = true;
+    a->start.wired = false;
+}
 
 static bool counts_lead(enum loop_source source)
 {

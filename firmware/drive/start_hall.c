@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
-#include "firmware/commission/emf_pulse.h"
+#include "firmware/commission/pulses.h"
 #include "firmware/control/bridge.h"
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
 
 #define FILTER_STEPS \

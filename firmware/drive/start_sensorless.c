@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
 
 static void sensorless_begin_start(struct axis *a)

@@ -4,8 +4,8 @@
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
-#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
+#include "firmware/drive/retune.h"
 #include "firmware/settings/features.h"
 #include "lib/q15.h"
 

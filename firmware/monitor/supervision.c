@@ -5,6 +5,216 @@
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
+/* ==== the speed ==== */
+
+#define STEP_MS        2u /* from look to look */
+#define STALL_MS       500u
+#define FAR_MS         4u
+#define LOSING_MS      4u
+#define LOOK_AHEAD_MS  10
+#define DERATED_Q4     (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
+#define DERATED_PART   10        /* of i_max that heat has taken */
+#define RATE_SHIFT     1
+#define TO_REST_MS     8
+#define AT_REST_Q4     8  /* half a rpm a step: whoever turns round goes through 0 faster */
+#define CYCLE_SHORTEST 7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
+#define CYCLE_LONGEST  250u
+#define CYCLE_HALVES   6u
+
+/* What the encoder resolves within a millisecond: two counts. */
+static int32_t resolved_rpm_q4(const struct axis *a)
+{
+    return 2 * 60 * 1000 * 16 / a->params.encoder_counts;
+}
+
+void speed_watch_begin(struct axis *a)
+{
+    const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
+    a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a)),
+                                                .oscillations = a->speed.oscillation.found,
+                                                .speed_q4 = a->speed.speed_rpm_q4};
+    a->supervision.cycle = (struct cycle_watch){.halves = 0};
+}
+
+/* Within a third, plus the error of two looks at each end. */
+static bool alike(uint32_t a, uint32_t b)
+{
+    const uint32_t longer = a > b ? a : b;
+    const uint32_t shorter = a > b ? b : a;
+    return shorter * 3u + 3u >= longer * 2u;
+}
+
+/* Half waves from before the speed loop has reduced its gains by itself are answered already. */
+static void close_half_wave(struct axis *a, struct cycle_watch *w)
+{
+    const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
+    const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
+    const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
+    const bool answered = a->speed.oscillation.answered != w->answered;
+    const bool slow = w->half_ms >= CYCLE_SHORTEST && w->half_ms <= CYCLE_LONGEST;
+    const bool counts = !answered && swings && slow && alike(w->half_ms, w->last_half_ms);
+    w->halves = counts ? w->halves + 1u : 0u;
+    w->last_half_ms = w->half_ms;
+    w->last_high_q15 = w->high_q15;
+    w->last_low_q15 = w->low_q15;
+    w->answered = a->speed.oscillation.answered;
+    w->half_ms = 0;
+    w->high_q15 = a->loop.i_q_ref_q15;
+    w->low_q15 = a->loop.i_q_ref_q15;
+}
+
+static void end_half_wave(struct axis *a)
+{
+    struct cycle_watch *const w = &a->supervision.cycle;
+    close_half_wave(a, w);
+    if (w->halves >= CYCLE_HALVES) {
+        w->halves = 0;
+        fault_report(a, FAULT_LIMIT_CYCLE, (int32_t)(1000u / (2u * w->last_half_ms)), 0);
+    }
+}
+
+/* Winding or power stage are warm, so the current that was missing is withheld. */
+static bool heat_holds_back(const struct axis *a)
+{
+    const int32_t most_q15 = a->tuning.i_max_q15;
+    return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, most_q15) < most_q15 - most_q15 / DERATED_PART;
+}
+
+/*
+ * Finds the cause: a few milliseconds later a dead encoder or Hall switch, or an observer that has lost the rotor, is known,
+ * an oscillation has come to rest, and a phase without current shows.
+ */
+static void lose_speed(struct axis *a)
+{
+    int32_t phase;
+    if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
+        return;
+    }
+    if (lock_watch_doubts(a) || encoder_watch_may_be_dead(a) || oscillation_is_answered(&a->speed.oscillation)) {
+        return;
+    }
+    if (phase_watch_suspects(a, &phase)) {
+        fault_report(a, FAULT_OPEN_PHASE, phase, 0);
+    } else if (heat_holds_back(a)) {
+        const bool winding = a->thermal.winding_q4 > a->thermal.max_q4 - DERATED_Q4;
+        fault_report(a, winding ? FAULT_OVERTEMPERATURE : FAULT_INVERTER_OVERLOAD, a->thermal.winding_q4 / 16, 0);
+    } else if (rotor_has_encoder(a) && encoder_watch_has_stopped(&a->supervision.encoder)) {
+        fault_report(a, FAULT_STALL, 0, 0);
+    } else {
+        const int32_t missing_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
+        fault_report(a, FAULT_SPEED_DEVIATION, axis_forward(a) * missing_q4 / 16, 0);
+    }
+}
+
+static void watch_cycle(struct axis *a, struct cycle_watch *w)
+{
+    const bool below = a->speed.speed_rpm_q4 < a->speed.speed_ref_rpm_q4;
+    const int32_t i_q_q15 = a->loop.i_q_ref_q15;
+    w->half_ms += STEP_MS;
+    w->high_q15 = q15_max(w->high_q15, i_q_q15);
+    w->low_q15 = q15_min(w->low_q15, i_q_q15);
+    if (below != w->error_below) {
+        w->error_below = below;
+        end_half_wave(a);
+    }
+}
+
+/*
+ * What stops the shaft within milliseconds, and holds it, is an end stop: a stall, whatever the speed has lost meanwhile. What
+ * turns it round is a load. False once that is known, or if the shaft turns on.
+ */
+static bool comes_to_rest(struct axis *a, struct speed_watch *s, bool lost)
+{
+    const int32_t size_q4 = q15_abs(a->speed.speed_rpm_q4);
+    const bool turned = (a->speed.speed_rpm_q4 ^ a->speed.speed_ref_rpm_q4) < 0;
+    if (size_q4 >= AXIS_STANDSTILL_RPM_Q4) {
+        const bool slower = !turned && size_q4 < q15_abs(a->speed.speed_ref_rpm_q4);
+        s->coming_to_rest = slower && size_q4 < TO_REST_MS / (int32_t)STEP_MS * s->rate_q4;
+        return s->coming_to_rest;
+    }
+    if (lost && s->coming_to_rest && s->rate_q4 <= AT_REST_Q4) {
+        fault_report(a, FAULT_STALL, 0, 0);
+    }
+    return s->coming_to_rest;
+}
+
+/*
+ * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor does all it
+ * can: then the load is stronger. Only the shaft counts for that, not a reference that runs ahead of it.
+ */
+static void watch_deviation(struct axis *a, struct speed_watch *s)
+{
+    const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
+    const int32_t distance_q4 = q15_abs(error_q4);
+    const int32_t gained_q4 = a->speed.speed_rpm_q4 - s->speed_q4;
+    const bool same_side = !s->crossed; /* else it has come and gone: neither lost nor gained */
+    const int32_t away_q4 = !same_side ? 0 : error_q4 < 0 ? gained_q4 : -gained_q4;
+    const int32_t rate_q4 = s->rate_q4 + ((away_q4 - s->rate_q4) >> RATE_SHIFT);
+    const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
+    const bool losing =
+        helpless && rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * rate_q4 > s->deviation_q4;
+    const uint32_t losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
+    const uint32_t far_ms = distance_q4 > s->deviation_q4 ? (same_side ? s->far_ms : 0u) + STEP_MS : 0u;
+    s->crossed = false;
+    s->rate_q4 = rate_q4;
+    s->speed_q4 = a->speed.speed_rpm_q4;
+    s->losing_ms = losing_ms;
+    s->far_ms = far_ms;
+    const bool lost = far_ms >= FAR_MS || losing_ms >= LOSING_MS;
+    if (!comes_to_rest(a, s, lost) && lost) {
+        lose_speed(a);
+    }
+}
+
+/* One count either way, of a shaft that yields, does not restart it. */
+static void watch_stall(struct axis *a, struct speed_watch *s)
+{
+    const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
+    if (!stuck && s->stalled_ms == 0u) {
+        return;
+    }
+    s->stalled_ms += stuck ? STEP_MS : -STEP_MS;
+    if (s->stalled_ms >= STALL_MS) {
+        fault_report(a, FAULT_STALL, 0, 0);
+    }
+}
+
+/* The speed loop finds it, and has answered already where it may (control/oscillation.h). */
+static void look_for_oscillation(struct axis *a, struct speed_watch *s)
+{
+    const struct oscillation *const o = &a->speed.oscillation;
+    if (o->found != s->oscillations) {
+        s->oscillations = o->found;
+        fault_report(a, FAULT_OSCILLATION, o->hz, 0);
+    }
+}
+
+/* Homing checks for itself what stops the shaft. */
+static bool applies(const struct axis *a)
+{
+    return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
+}
+
+void speed_watch_side(struct axis *a)
+{
+    struct speed_watch *const s = &a->supervision.speed;
+    const bool below = a->speed.speed_ref_rpm_q4 < a->speed.speed_rpm_q4;
+    s->crossed = s->crossed || below != s->below;
+    s->below = below;
+}
+
+void speed_watch_step(struct axis *a)
+{
+    look_for_oscillation(a, &a->supervision.speed);
+    if (applies(a)) {
+        watch_cycle(a, &a->supervision.cycle);
+        watch_deviation(a, &a->supervision.speed);
+        watch_stall(a, &a->supervision.speed);
+    }
+}
+
+/* ==== all of them ==== */
+
 #define TURNS      4u /* milliseconds until each part has had its turn */
 #define SLOW_TURN  3u
 #define LIMITED_MS 100u

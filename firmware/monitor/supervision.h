@@ -7,10 +7,48 @@
 #ifndef FIRMWARE_MONITOR_SUPERVISION_H
 #define FIRMWARE_MONITOR_SUPERVISION_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
 #include "firmware/monitor/encoder_watch.h"
 #include "firmware/monitor/phase_watch.h"
-#include "firmware/monitor/speed_watch.h"
-#include "firmware/monitor/zero_watch.h"
+
+/* ==== the speed ==== */
+
+/* Compares the speed with its reference: lost, stalled, or oscillating. */
+
+struct speed_watch {
+    int32_t deviation_q4; /* rpm: the limit */
+    uint32_t far_ms;      /* on one side of the reference: what swings about it is not lost */
+    bool below;           /* the reference, a millisecond ago: the error is negative */
+    bool crossed;         /* it, since the last step */
+    int32_t speed_q4;     /* at the last step */
+    int32_t rate_q4;      /* at which the shaft leaves the reference, per step, smoothed */
+    uint32_t losing_ms;   /* how long it has been about to exceed the limit, at full current */
+    bool coming_to_rest;  /* it was within milliseconds of its rest when it last moved */
+    uint32_t stalled_ms;
+    uint32_t oscillations; /* found by the speed loop when last looked at */
+};
+
+/* A limit cycle: half waves of the speed error, nearly equal in length, with much current. */
+struct cycle_watch {
+    bool error_below;
+    uint32_t answered;         /* how often the speed loop has reduced its gains by itself */
+    uint32_t half_ms;          /* of the present half wave */
+    uint32_t last_half_ms;     /* of the one before */
+    uint32_t halves;           /* similar ones in a row */
+    int32_t low_q15, high_q15; /* extremes of the current in this half wave and the last */
+    int32_t last_low_q15, last_high_q15;
+};
+
+/* Starts, from the parameters. Slow loop, when operation begins. */
+void speed_watch_begin(struct axis *a);
+
+/* Slow loop, every millisecond: half of what swings at 500 Hz is over by then. */
+void speed_watch_side(struct axis *a);
+
+/* Slow loop, every second millisecond. */
+void speed_watch_step(struct axis *a);
 
 struct axis;
 

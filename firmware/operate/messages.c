@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/messages.h"
 
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 
 #include "message_texts.h"
 

@@ -218,7 +218,7 @@ void param_set(struct params *p, const struct param_info *info, int32_t value);
  * The sources of the rotor's angle: X(name, feature, start, properties), in the order of parameter angle_source.
  *
  *   feature     of settings/features.h, which a build may leave out
- *   start       how it starts: start_by_... of drive/start_parts.h
+ *   start       how it starts: start_by_... of drive/start.h
  *   properties  what it can. All others ask for these (source_has(), rotor.h), never for a source by its name
  */
 enum source_property {

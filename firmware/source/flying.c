@@ -3,7 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
-#include "firmware/commission/emf_pulse.h"
+#include "firmware/commission/pulses.h"
 #include "firmware/control/bridge.h"
 #include "firmware/settings/config.h"
 #include "firmware/source/rotor.h"

@@ -3,7 +3,7 @@
  * Flying start: finds, without an encoder or a voltage sensor, whether the rotor turns at switch-on, and where it is. The order
  * keeps every step below a tenth of rated torque:
  *
- *   pulses        of some microseconds (commission/emf_pulse.h), bridge off in between, each twice as long as the last until
+ *   pulses        of some microseconds (commission/pulses.h), bridge off in between, each twice as long as the last until
  *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the next track it
  *   no current    if the longest pulse shows next to nothing, the EMF is small enough to switch the current loop on and
  *                 regulate to zero current. Its voltages are then the EMF, and are tracked the same way

@@ -11,7 +11,7 @@ POINTER_TABLES = {
     "states_take": "transition_table",
     "states_step": "state_steps",
     "step_state": "state_steps",
-    **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step"), "mode_*"),
+    **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step", "set_point_take", "post", "aim"), "mode_*"),
     **dict.fromkeys(("start_source_before", "start_source_after", "start_begin", "start_step", "step_calibration",
                      "step_wiring", "load_shows", "wiring_looks", "start_tuning"), "start_by_*"),
     "commands_execute": "commands_*",

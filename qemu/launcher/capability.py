@@ -20,7 +20,7 @@ RPM = math.pi / 30
 
 # Of the bus: the largest phase voltage, firmware/settings/rates.h. tests/unit/test_weakening.py holds it against the image's.
 PWM_COUNTS, DEAD_COUNTS, MIN_PULSE_COUNTS, ROUNDING_COUNTS = 5000, 100, 2, 4
-KEPT = 31 / 32  # of the circle, by the drive: firmware/control/flux_limit.h
+KEPT = 31 / 32  # of the circle, by the drive: firmware/control/weakening.h
 CIRCLE = (PWM_COUNTS - 4 * DEAD_COUNTS - 2 * MIN_PULSE_COUNTS - ROUNDING_COUNTS) / PWM_COUNTS / math.sqrt(3)
 
 

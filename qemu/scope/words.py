@@ -55,4 +55,4 @@ def enumerations():
 
 def identify_steps():
     """Their names, in their order."""
-    return STEP.findall(_source("commission/identify_script.h"))
+    return STEP.findall(_source("commission/identify.h"))

@@ -10,7 +10,7 @@ from launcher.capability import CIRCLE, base_speed_rpm, machine_of
 from launcher.drive import load_drive
 from launcher.kinds_speed import moving_mean
 
-ON_S, KEPT = 0.15, 31 / 32  # of the circle, firmware/control/flux_limit.h
+ON_S, KEPT = 0.15, 31 / 32  # of the circle, firmware/control/weakening.h
 SETTLED_S = 0.15
 # motor -> speed: twice the base speed where psi / L allows, else nearly all that it does; and the least share of theory
 MOTORS = {"estun_emj04apb22": (12000, 0.97), "maxon_ec45flat": (5800, 0.95), "abb_m2bj100l": (3236, 0.95)}

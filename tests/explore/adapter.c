@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/drive/start_parts.h"
+#include "firmware/drive/start.h"
 #include "firmware/drive/states.h"
 #include "judge.h"
 #include "world.h"

@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 #include "adapter.h"
-#include "firmware/commission/emf_pulse.h"
+#include "firmware/commission/pulses.h"
 #include "firmware/control/bridge.h"
 #include "firmware/drive/states.h"
 #include "world.h"

@@ -10,7 +10,7 @@ from rigs.planted import planted
 
 # (file, what stands there, what is put in its place, setup, what is found[, within so many states])
 MUTANTS = {
-    "off forgets no restart": ("drive/retry.c", "r->wanted = false;\n    r->waiting = false;\n    r->due = false;", "",
+    "off forgets no restart": ("drive/requests.c", "r->wanted = false;\n    r->waiting = false;\n    r->due = false;", "",
                                "measuring", "it starts without a wish"),
     "a fault leaves the gates open": ("fault/fault.c", "gate_disable(&a->fabric->gate);", ";", "measuring",
                                       "a latched fault and open gates"),

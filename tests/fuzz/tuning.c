@@ -6,8 +6,8 @@
  */
 #include "drive.h"
 #include "firmware/control/torque_build.h"
-#include "firmware/drive/adopt.h"
-#include "firmware/drive/mode.h"
+#include "firmware/drive/modes.h"
+#include "firmware/drive/retune.h"
 
 #define STEPS    200
 #define PER_MODE 12

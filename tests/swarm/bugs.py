@@ -19,7 +19,8 @@ BUGS = {
     "E8 a second master takes the motor": ("drive/owner.c", "if (owner == OWNER_NONE ||", "if (true || owner == OWNER_NONE ||"),
     "another's word shuts it down": (
         "operate/cia402.c", "return a->owner.who == (uint32_t)c->who && !owner", "return !owner"),
-    "off forgets no restart": ("drive/retry.c", "    r->wanted = false;\n    r->waiting = false;\n    r->due = false;\n", ""),
+    "off forgets no restart": (
+        "drive/requests.c", "    r->wanted = false;\n    r->waiting = false;\n    r->due = false;\n", ""),
     "off is answered, not carried out": ("drive/requests.c", "    a->request = AXIS_REQUEST_OFF;\n", ""),
     "a fault leaves the gates open": ("fault/fault.c", "gate_disable(&a->fabric->gate);", ";"),
     "a quick stop does not end": ("drive/states.c", "return stop_takes_too_long(a) || stands ?",
@@ -39,8 +40,8 @@ BUGS = {
     "bus-off is not told": ("operate/canopen_nmt.c", "can_state(c->can) == CAN_OFF || offs != c->offs,", "false,"),
     "clear leaves the bridge locked": ("fault/fault.c", "    bridge_unlock(&a->loop);\n", ""),
     "save writes over the newest": ("settings/slots.c", "view->any ? 1u - view->newest : 0u", "view->any ? view->newest : 0u"),
-    "every fault is tried again": ("drive/retry_step.c", "if (!fault_class((enum fault)a->faults.cause)->retry ||", "if ("),
-    "direction turns no set-point": ("drive/set_point.c", "return axis_forward(a) < 0 ?", "return axis_forward(a) == 0 ?"),
+    "every fault is tried again": ("drive/retry.c", "if (!fault_class((enum fault)a->faults.cause)->retry ||", "if ("),
+    "direction turns no set-point": ("drive/modes.c", "return axis_forward(a) < 0 ?", "return axis_forward(a) == 0 ?"),
     "axis 2's line is axis 1's": ("operate/commands_session.c", "    s->axis = &s->axes[value - 1];\n", ""),
     "the encoder is not watched": ("monitor/supervision.c", "return rotor_has_encoder(a) ? encoder_watch_step(a, turn) :",
                                    "return rotor_has_encoder(a) ? turn < TURNS :"),

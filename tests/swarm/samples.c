@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The current loop's interrupts, and what waits for their samples. */
-#include "firmware/commission/emf_pulse.h"
+#include "firmware/commission/pulses.h"
 #include "firmware/control/bridge.h"
 #include "firmware/control/current_loop_step.h"
 #include "swarm.h"

@@ -4,9 +4,9 @@
  * any phase between two conversions, so that chance has no part in it.
  */
 #include "drivers/cortex/dwt.h"
-#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
+#include "firmware/drive/retune.h"
 #include "tests/target/harness.h"
 
 #define PHASES 50u

@@ -3,8 +3,7 @@
  * What the measurements at standstill wait for, on registers that stand still: how long they wait shows whether they do. A wait
  * that is for nothing ends by its patience, a PWM period's clocks in reads.
  */
-#include "firmware/commission/emf_pulse.h"
-#include "firmware/commission/identify_burst.h"
+#include "firmware/commission/pulses.h"
 #include "firmware/control/current_loop.h"
 #include "tests/target/harness.h"
 #include "tests/target/waiting.h"

@@ -142,7 +142,7 @@ def check_state(path, text):
 
 # structures within the loop's, and who writes them beside its own files
 LOOP_PARTS = {"firmware/control/observer.c": "flux", "firmware/control/injection.c": "flux|inject",
-              "firmware/control/flux_limit.c": "weaken", "firmware/control/bridge.h": "locked_out"}
+              "firmware/control/weakening.c": "weaken", "firmware/control/bridge.h": "locked_out"}
 LOOP_NAMED = re.compile(r"\bstruct current_loop (?:volatile )?\*(?:const |restrict )*(\w+)")
 LOOP_BARE = re.compile(r"(?<!volatile )struct current_loop \*")
 LOOP_ITSELF = re.compile(r"firmware/control/(?:current_loop|stage_)\w*\.[ch]")

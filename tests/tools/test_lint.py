@@ -93,6 +93,6 @@ def test_parts_of_the_current_loop_have_a_writer_each():
     text = ("void track(volatile struct current_loop *c)\n{\n    c->flux.track = 0;\n}\n\n"
             "void other(struct capture *c)\n{\n    c->next++;\n}\n")
     assert not list(lint.check_doors(Path("firmware/control/observer.c"), text))
-    for path in ("firmware/control/flux_limit.c", "firmware/monitor/lock_watch.c"):
+    for path in ("firmware/control/weakening.c", "firmware/monitor/lock_watch.c"):
         ((number, what),) = lint.check_doors(Path(path), text)
         assert number == 3 and what.startswith("flux is written")
