@@ -144,8 +144,8 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # (m2s010.ld). What the slow loop runs from the eNVM waits for words of code, and renamed registers need longer instructions.
 CACHED = $(addprefix system/,handlers axes) drive/failover control/current_loop_frame \
     $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
-STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque weakening emf oscillation \
-    profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch) \
+STEPPED = $(addprefix control/,current_loop speed_loop speed_estimate torque weakening emf oscillation profile cogging) \
+    $(addprefix monitor/,supervision encoder_watch phase_watch) \
     $(addprefix drive/,drive states modes modes_control mode_speed reaction) scope/scope
 in_firmware = $(addprefix $(BUILD)/arm/firmware/,$(addsuffix .o,$1))
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -Os

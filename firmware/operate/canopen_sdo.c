@@ -397,15 +397,6 @@ static void download_segment(struct canopen *c, const uint8_t *said)
 
 /* ---- upload: the client reads ---- */
 
-static uint32_t text_bytes(const char *text)
-{
-    uint32_t length = 0;
-    while (text[length] != '\0') {
-        length++;
-    }
-    return length;
-}
-
 static void upload(struct canopen *c, uint32_t index, uint32_t subindex)
 {
     struct canopen_value v = {.text = NULL};
@@ -413,7 +404,7 @@ static void upload(struct canopen *c, uint32_t index, uint32_t subindex)
     if (wrong != 0u) {
         refuse(c, index, subindex, wrong);
     } else if (v.kind != VALUE_NUMBER) {
-        const uint32_t length = v.kind == VALUE_TEXT ? text_bytes(v.text) : TEXT_BYTES;
+        const uint32_t length = v.kind == VALUE_TEXT ? (uint32_t)text_length(v.text) : TEXT_BYTES;
         c->sdo = (struct canopen_sdo){.under_way = SDO_UPLOAD, .text = v.text, .left = length};
         c->sdo.index = (uint16_t)index;
         data_sheet_begin(&c->sheet);

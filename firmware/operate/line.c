@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/line.h"
 
+#include "firmware/settings/params.h"
+
 #define CTRL(letter) ((letter) - '@')
 #define ESCAPE       0x1B
 #define DELETE       0x7F

@@ -169,24 +169,6 @@ void text_print(struct text *t, const char *format, ...)
     va_end(arguments);
 }
 
-size_t text_length(const char *s)
-{
-    size_t length = 0;
-    while (s[length] != '\0') {
-        length++;
-    }
-    return length;
-}
-
-bool text_equal(const char *a, const char *b)
-{
-    while (*a != '\0' && *a == *b) {
-        a++;
-        b++;
-    }
-    return *a == *b;
-}
-
 /* Adds a digit to a magnitude; false when it would leave 0...INT32_MAX. */
 static bool add_digit(uint32_t *magnitude, char digit)
 {

@@ -47,11 +47,6 @@ void text_print(struct text *t, const char *format, ...) TEXT_CHECKED;
 /* Serves buses and watchdog: between two parts of what takes longer than a request may wait, 1 ms. Thread. */
 void text_take_turn(struct text *t);
 
-size_t text_length(const char *s);
-
-/* True if two strings are equal. */
-bool text_equal(const char *a, const char *b);
-
 /*
  * Reads a whole number, or one with up to three decimals as thousandths. False, with *value untouched, unless all of `s` is a
  * number that fits.
