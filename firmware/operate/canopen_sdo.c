@@ -23,11 +23,11 @@ static uint32_t take_bits(struct data_sheet *s, uint32_t count)
     return value;
 }
 
-/* From the first character again, whatever was read before. */
+/* Restarts at the first character. */
 static void data_sheet_begin(struct data_sheet *s)
 {
     s->bit = 0u;
-    s->left = 0u; /* `place` may be anywhere: what is repeated came since */
+    s->left = 0u; /* `place` may be anywhere: copies refer to characters since then */
 }
 
 static uint8_t spelled_character(struct data_sheet *s)
@@ -112,7 +112,7 @@ static const struct string *string_at(uint32_t index)
     return NULL;
 }
 
-/* Neither one nor the other: whether it is the subindex alone that is not there. */
+/* No such object: or only the subindex is missing. */
 static uint32_t absent(uint32_t index)
 {
     for (uint32_t subindex = 0; subindex < 5u; subindex++) {
@@ -144,7 +144,7 @@ static bool is_action(const struct object_place *place)
 static uint32_t drive_value(const struct canopen *c, const struct object_place *place, uint32_t index)
 {
     const struct object_view view = object_view(&c->drives[canopen_axis(index)]);
-    return is_action(place) ? 1u : canopen_value(&view, place, index); /* both are done on command */
+    return is_action(place) ? 1u : canopen_value(&view, place, index); /* 1: stores, restores on command */
 }
 
 uint32_t canopen_read(struct canopen *c, uint32_t index, uint32_t subindex, struct canopen_value *v)
@@ -189,7 +189,7 @@ static uint32_t check_writable(uint32_t index, uint32_t subindex, enum object_ty
     return object_is_writable(&place) ? 0u : SDO_READ_ONLY;
 }
 
-/* What keeps the node on the bus stays: CiA 301 has the initial values take effect only behind the next reset. */
+/* The line stays as it is: by CiA 301 restored values take effect only after the next reset. */
 static void keep_node(struct canopen *c)
 {
     canopen_set_line(&c->drives[0].axis->params, &c->line);
@@ -203,11 +203,11 @@ static enum object_refusal write_axis(struct bus_drive *d, const struct object_p
     return wrong == OBJECT_FINE ? object_commit(&change, d) : wrong;
 }
 
-/* All axes store and restore at once: none if one of them is on, and those behind one that cannot do not. */
+/* All axes store and restore together: none if one of them is on; after one that fails the rest do not. */
 static enum object_refusal act_on_all(struct canopen *c, const struct object_place *place, uint32_t value)
 {
     enum object_refusal wrong = OBJECT_FINE;
-    for (uint32_t n = 1; n < AXIS_COUNT; n++) { /* the first looks itself */
+    for (uint32_t n = 1; n < AXIS_COUNT; n++) { /* the first checks itself */
         wrong = drive_is_off(c->drives[n].axis) ? wrong : OBJECT_BAD_STATE;
     }
     for (uint32_t n = 0; wrong == OBJECT_FINE && n < AXIS_COUNT; n++) {
@@ -257,7 +257,7 @@ static uint32_t check_row(struct canopen *c, uint32_t index, uint32_t subindex, 
         return check_pdo(c, index, subindex, value);
     }
     switch (index) {
-    case 0x1003: /* 0 alone: forget them */
+    case 0x1003: /* 0 only: clears them */
         return value == 0u ? 0u : SDO_VALUE;
     case 0x1005:
         return value < 0x800u && is_free_id(value) ? 0u : SDO_VALUE; /* it does not produce SYNC */
@@ -283,10 +283,10 @@ uint32_t canopen_write(struct canopen *c, uint32_t index, uint32_t subindex, uin
     }
     canopen_put(bytes_of(c, r, index), value, canopen_bytes((enum object_type)r->type));
     if (index == 0x1003u) {
-        canopen_forget_errors(c);
+        canopen_clear_history(c);
     } else if (index == 0x1016u) {
-        c->beats = false; /* watched from the next one on */
-        canopen_relief(c, TROUBLE_HEARTBEAT);
+        c->master_alive = false; /* supervised from the next one on */
+        canopen_clear_error(c, COMM_ERROR_HEARTBEAT);
     }
     return 0u;
 }
@@ -345,14 +345,14 @@ static void begin_download(struct canopen *c, uint32_t index, uint32_t subindex)
     reply_about(c, DOWNLOADED, index, subindex, 0u);
 }
 
-static void download(struct canopen *c, const uint8_t *said, uint32_t index, uint32_t subindex)
+static void download(struct canopen *c, const uint8_t *data, uint32_t index, uint32_t subindex)
 {
     enum object_type type;
-    const uint8_t command = said[0];
+    const uint8_t command = data[0];
     uint32_t wrong = check_writable(index, subindex, &type);
     if (wrong == 0u && (command & SIZED) != 0u) {
         const uint32_t given =
-            (command & EXPEDITED) != 0u ? VALUE_BYTES - (command >> 2 & 3u) : canopen_get(&said[4], VALUE_BYTES);
+            (command & EXPEDITED) != 0u ? VALUE_BYTES - (command >> 2 & 3u) : canopen_get(&data[4], VALUE_BYTES);
         wrong = length_abort(given, canopen_bytes(type));
     }
     if (wrong != 0u) {
@@ -360,29 +360,29 @@ static void download(struct canopen *c, const uint8_t *said, uint32_t index, uin
     } else if ((command & EXPEDITED) == 0u) {
         begin_download(c, index, subindex);
     } else {
-        uint8_t answer[8] = {0, said[1], said[2], said[3]};
-        write_value(c, index, subindex, canopen_get(&said[4], canopen_bytes(type)), DOWNLOADED, answer);
+        uint8_t answer[8] = {0, data[1], data[2], data[3]};
+        write_value(c, index, subindex, canopen_get(&data[4], canopen_bytes(type)), DOWNLOADED, answer);
     }
 }
 
-static void download_segment(struct canopen *c, const uint8_t *said)
+static void download_segment(struct canopen *c, const uint8_t *data)
 {
     struct canopen_sdo *const s = &c->sdo;
-    const uint32_t count = SEGMENT_BYTES - (said[0] >> 1 & 7u);
+    const uint32_t count = SEGMENT_BYTES - (data[0] >> 1 & 7u);
     enum object_type type;
-    if (((said[0] & TOGGLED) != 0u) != s->toggle) {
+    if (((data[0] & TOGGLED) != 0u) != s->toggle) {
         refuse(c, s->index, s->subindex, SDO_TOGGLE);
         return;
     }
     for (uint32_t n = 0; n < count && s->done + n < VALUE_BYTES; n++) {
-        s->data[s->done + n] = said[1u + n];
+        s->data[s->done + n] = data[1u + n];
     }
     s->done += count;
-    uint8_t answer[8] = {(uint8_t)(SEGMENT_TAKEN | (said[0] & TOGGLED))};
+    uint8_t answer[8] = {(uint8_t)(SEGMENT_TAKEN | (data[0] & TOGGLED))};
     s->toggle = !s->toggle;
     if (s->done > VALUE_BYTES) {
         refuse(c, s->index, s->subindex, SDO_TOO_LONG);
-    } else if ((said[0] & LAST) == 0u) {
+    } else if ((data[0] & LAST) == 0u) {
         reply(c, answer);
     } else {
         const uint32_t wrong = check_writable(s->index, s->subindex, &type);
@@ -417,11 +417,11 @@ static void upload(struct canopen *c, uint32_t index, uint32_t subindex)
     }
 }
 
-static void upload_segment(struct canopen *c, const uint8_t *said)
+static void upload_segment(struct canopen *c, const uint8_t *data)
 {
     struct canopen_sdo *const s = &c->sdo;
     uint8_t answer[8] = {0};
-    if (((said[0] & TOGGLED) != 0u) != s->toggle) {
+    if (((data[0] & TOGGLED) != 0u) != s->toggle) {
         refuse(c, s->index, s->subindex, SDO_TOGGLE);
         return;
     }
@@ -432,7 +432,7 @@ static void upload_segment(struct canopen *c, const uint8_t *said)
     s->left -= count;
     s->done += count;
     s->toggle = !s->toggle;
-    answer[0] = (uint8_t)((said[0] & TOGGLED) | (SEGMENT_BYTES - count) << 1 | (s->left == 0u ? (uint32_t)LAST : 0u));
+    answer[0] = (uint8_t)((data[0] & TOGGLED) | (SEGMENT_BYTES - count) << 1 | (s->left == 0u ? (uint32_t)LAST : 0u));
     if (s->left == 0u) {
         s->under_way = SDO_IDLE;
     }
@@ -444,9 +444,9 @@ void canopen_sdo_take(struct canopen *c, const struct can_frame *f)
     const uint32_t index = canopen_get(&f->data[1], 2), subindex = f->data[3];
     const uint32_t kind = f->data[0] >> 5;
     if (f->count != 8u) {
-        return; /* no SDO has another length */
+        return; /* every SDO has 8 bytes */
     }
-    canopen_hear(c);
+    canopen_note_activity(c);
     if (kind == DOWNLOAD) {
         download(c, f->data, index, subindex);
     } else if (kind == UPLOAD) {
