@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* What the console answers: an outcome, a word that is none, and later that what a command has begun is done. */
+/* What the console answers: an outcome, an unknown word, and later that what a command has started is done. */
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 
 /* ==== the nearest name ==== */
 
-/* Which of some names somebody may have meant: a turn for each, and whoever is far off is dropped as soon as that shows. */
+/* The name closest to a mistyped word. Serves the buses between names; a name is given up as soon as it is too far. */
 #define NAME_MOST  40u
-#define EDITS_MOST 3u /* with more, it is another word */
+#define EDITS_MOST 3u /* more: another word */
 
 /* A name without its case and blanks. */
 struct folded {
@@ -29,7 +29,7 @@ static void fold(struct folded *f, const char *name)
     }
 }
 
-/* The next row of Levenshtein's table, for the word's letter c; few to either side of the diagonal. Returns its least. */
+/* The next row of the Levenshtein matrix, for the word's letter c, within `few` of the diagonal. Returns its minimum. */
 static uint32_t next_row(uint8_t row[NAME_MOST + 1u], uint32_t typed, char c, const struct folded *name, uint32_t few)
 {
     const uint32_t from = typed > few ? typed - few : 1u;
@@ -48,7 +48,7 @@ static uint32_t next_row(uint8_t row[NAME_MOST + 1u], uint32_t typed, char c, co
     return smallest;
 }
 
-/* Characters to add, remove or replace: few at most, or few + 1 for more. */
+/* Levenshtein distance; few + 1 if it is larger than `few`. */
 static uint32_t edits(const struct folded *word, const struct folded *name, uint32_t few)
 {
     uint8_t row[NAME_MOST + 1u];
@@ -72,7 +72,7 @@ static bool is_beginning(const struct folded *word, const struct folded *name)
     return n == word->length;
 }
 
-/* One, if the name begins with the word. */
+/* A name that begins with the word has distance 1. */
 static uint32_t distance(const struct folded *word, const struct folded *name, uint32_t few)
 {
     if (word->length < name->length && is_beginning(word, name)) {
@@ -91,14 +91,14 @@ const char *nearest_name(const char *word, names_fn name_of, struct text *others
     const char *best = NULL;
     const char *name;
     for (uint32_t n = 0; typed.length > 1u && (name = name_of(n)) != NULL; n++) {
-        text_take_turn(others);
+        text_yield(others);
         fold(&other, name);
         const uint32_t far = distance(&typed, &other, most);
         if (far == 0u) {
-            return name; /* in capitals */
+            return name; /* differs in case only */
         }
         if (far <= most) {
-            most = far - 1u; /* whoever comes next must be nearer */
+            most = far - 1u; /* the next must be closer */
             best = name;
         }
     }
@@ -107,7 +107,7 @@ const char *nearest_name(const char *word, names_fn name_of, struct text *others
 
 /* ==== answers ==== */
 
-void answer_about(struct session *s, const char *word, const char *what)
+void answer_error(struct session *s, const char *word, const char *what)
 {
     text_print(&s->out, "error: %s: %s\n", word, what);
 }
@@ -122,7 +122,7 @@ void answer_unknown(struct session *s, const char *word, const char *what, names
     text_put(&s->out, meant != NULL ? "?\n" : "\n");
 }
 
-void answer_filled(struct text *out, const char *text, int32_t first, int32_t second)
+void answer_with_values(struct text *out, const char *text, int32_t first, int32_t second)
 {
     for (; *text != '\0'; text++) {
         if (*text == '@' || *text == '#') {
@@ -138,7 +138,7 @@ void answer_filled(struct text *out, const char *text, int32_t first, int32_t se
     text_put(out, "\n");
 }
 
-void answer_unfilled(struct text *out, const char *text)
+void answer_template(struct text *out, const char *text)
 {
     for (; *text != '\0'; text++) {
         const char known[] = {*text, '\0'};
@@ -151,51 +151,52 @@ void answer(struct session *s, struct outcome outcome)
 {
     s->accepted = outcome.error == ERROR_NONE;
     text_put(&s->out, s->accepted ? "" : "error: ");
-    answer_filled(&s->out, message_of_error(outcome.error), outcome.value, 0);
+    answer_with_values(&s->out, message_of_error(outcome.error), outcome.value, 0);
 }
 
 /* ==== progress ==== */
 
-/* Says when what a command has begun is done. What ends otherwise, a fault or another command, has said so itself. */
-enum how { GOES_ON, IS_DONE, IS_OVER };
+/* Reports when what a command started is done. Other ends, by a fault or a command, are reported elsewhere. */
+enum progress_state { IN_PROGRESS, COMPLETED, ABANDONED };
 
-static enum how unless_off(const struct axis *a, bool done)
+static enum progress_state unless_off(const struct axis *a, bool done)
 {
     if (done) {
-        return IS_DONE;
+        return COMPLETED;
     }
-    return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_SWITCHED_ON || a->state == AXIS_READY ? GOES_ON
-                                                                                                        : IS_OVER;
+    return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_SWITCHED_ON || a->state == AXIS_READY ? IN_PROGRESS
+                                                                                                        : ABANDONED;
 }
 
-static enum how of_sweep(const struct sweep *w)
+static enum progress_state of_sweep(const struct sweep *w)
 {
-    return sweep_runs(w) ? GOES_ON : (w->state == SWEEP_DONE ? IS_DONE : IS_OVER);
+    return sweep_runs(w) ? IN_PROGRESS : (w->state == SWEEP_DONE ? COMPLETED : ABANDONED);
 }
 
-static enum how how_is_it(const struct session *s, const struct axis *a, enum progress what)
+static enum progress_state progress_of(const struct session *s, const struct axis *a, enum progress what)
 {
     const bool operates = a->state == AXIS_OPERATION_ENABLED;
     switch (what) {
     case PROGRESS_ON:
         return unless_off(a, operates);
     case PROGRESS_IDENTIFY:
-        return a->identify.running ? GOES_ON : IS_DONE;
+        return a->identify.running ? IN_PROGRESS : COMPLETED;
     case PROGRESS_LEARN: /* cogging ends in operation, Hall switches with the bridge off */
         return unless_off(a, operates ? a->mode != AXIS_MODE_LEARNING : a->state == AXIS_SWITCH_ON_DISABLED);
     case PROGRESS_MOVE:
-        return !operates || a->mode != AXIS_MODE_POSITION ? IS_OVER
+        return !operates || a->mode != AXIS_MODE_POSITION ? ABANDONED
                                                           : unless_off(a, profile_is_done(&a->motion.profile));
     case PROGRESS_HOME:
-        return a->mode == AXIS_MODE_HOMING ? unless_off(a, false) : (operates && a->motion.homed ? IS_DONE : IS_OVER);
+        return a->mode == AXIS_MODE_HOMING ? unless_off(a, false)
+                                           : (operates && a->motion.homed ? COMPLETED : ABANDONED);
     case PROGRESS_SWEEP:
         return of_sweep(&s->scope->sweep);
     default:
-        return IS_OVER;
+        return ABANDONED;
     }
 }
 
-const char *progress_said(struct session *s, uint32_t axis)
+const char *progress_message(struct session *s, uint32_t axis)
 {
     static const char *const texts[] = {
         [PROGRESS_ON] = "operation enabled", [PROGRESS_IDENTIFY] = "identify; 'identify show' lists what it found",
@@ -207,7 +208,7 @@ const char *progress_said(struct session *s, uint32_t axis)
     if (what == PROGRESS_NONE || a->switching.under_way || a->request != AXIS_REQUEST_NONE || a->set_point.waits) {
         return NULL;
     }
-    const enum how how = a->faults.cause != FAULT_NONE ? IS_OVER : how_is_it(s, a, what);
-    s->progress[axis] = how == GOES_ON ? what : PROGRESS_NONE;
-    return how == IS_DONE ? texts[what] : NULL;
+    const enum progress_state state = a->faults.cause != FAULT_NONE ? ABANDONED : progress_of(s, a, what);
+    s->progress[axis] = state == IN_PROGRESS ? what : PROGRESS_NONE;
+    return state == COMPLETED ? texts[what] : NULL;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The kinds of a command's arguments: how each is read, what it is refused with, and what completion offers. */
+/* The kinds of a command's arguments: how each is parsed, how it is refused, and what completion offers. */
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 #include "firmware/settings/params.h"
@@ -7,7 +7,7 @@
 #define BAUD_LEAST 9600
 #define BAUD_MOST  3000000
 
-/* ---- reading: false if the word is none ---- */
+/* ---- parsing: false if the word does not fit ---- */
 
 static bool read_any(const char *word, int32_t *value)
 {
@@ -70,7 +70,7 @@ static bool read_baud(const char *word, int32_t *value)
     return text_parse_int(word, value) && *value >= BAUD_LEAST && *value <= BAUD_MOST;
 }
 
-/* The nth word of a text like "off|stop|warn"; NULL behind the last. */
+/* The nth word of a text like "off|stop|warn"; NULL past the end. */
 static const char *choice_word(const char *text, uint32_t n, size_t *length)
 {
     for (;;) {
@@ -83,7 +83,7 @@ static const char *choice_word(const char *text, uint32_t n, size_t *length)
     }
 }
 
-/* One of "off|stop|warn": which. */
+/* One of "off|stop|warn": its index. */
 static bool read_choice(const char *text, const char *word, int32_t *value)
 {
     const char *known;
@@ -123,8 +123,8 @@ static const char *fault_name(uint32_t n)
 /* ---- the kinds ---- */
 
 struct argument_kind {
-    bool (*read)(const char *word, int32_t *value); /* NULL: a word of the row's text */
-    const char *refusal;                            /* NULL: a list of these words */
+    bool (*read)(const char *word, int32_t *value); /* NULL: one of the words of the row's text */
+    const char *refusal;                            /* NULL: lists these words */
     names_fn candidate;                             /* NULL: these words */
 };
 
@@ -215,10 +215,10 @@ bool arguments_read(struct session *s, const struct command *command, struct arg
 #define BELL '\a'
 
 struct search {
-    const char *typed; /* of the last word */
+    const char *typed; /* the last word */
     size_t length;
-    const char *found; /* the first matching name, */
-    size_t common;     /* number of its characters common to all matches, */
+    const char *found; /* the first match, */
+    size_t common;     /* length of its prefix common to all matches, */
     uint32_t names;    /* number of matches */
     struct text *list; /* matches are written here, if not NULL */
 };
@@ -277,7 +277,7 @@ static void offer_commands(struct search *s)
     }
 }
 
-/* All candidates for the line's word number `word`, from 0. */
+/* All candidates for word number `word` of the line, from 0. */
 static void offer_all(struct search *s, const char *line, uint32_t word)
 {
     const struct command *row;

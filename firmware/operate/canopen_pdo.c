@@ -121,7 +121,7 @@ static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t
         const uint32_t bytes = canopen_bytes(type);
         const int32_t value = canopen_signed(canopen_get(&p->data[at], bytes), type);
         if (canopen_axis(index) == axis) {
-            ok = object_change(&change, &place, value) == OBJECT_FINE && ok;
+            ok = object_change(&change, &place, value) == OBJECT_OK && ok;
         }
         at += bytes;
     }
@@ -129,7 +129,7 @@ static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t
         object_stop(&change, d);
         return true;
     }
-    return ok && (how == CHANGE_APPLY ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_FINE;
+    return ok && (how == CHANGE_APPLY ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_OK;
 }
 
 /* All values or none, except a stop: all axes but the first are checked before any is changed. There is no answer. */

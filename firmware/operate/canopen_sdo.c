@@ -200,17 +200,17 @@ static enum object_refusal write_axis(struct bus_drive *d, const struct object_p
     struct object_change change;
     object_begin(&change, d);
     const enum object_refusal wrong = object_change(&change, place, canopen_signed(value, object_type(place)));
-    return wrong == OBJECT_FINE ? object_commit(&change, d) : wrong;
+    return wrong == OBJECT_OK ? object_commit(&change, d) : wrong;
 }
 
 /* All axes store and restore together: none if one of them is on; after one that fails the rest do not. */
 static enum object_refusal act_on_all(struct canopen *c, const struct object_place *place, uint32_t value)
 {
-    enum object_refusal wrong = OBJECT_FINE;
+    enum object_refusal wrong = OBJECT_OK;
     for (uint32_t n = 1; n < AXIS_COUNT; n++) { /* the first checks itself */
         wrong = drive_is_off(c->drives[n].axis) ? wrong : OBJECT_BAD_STATE;
     }
-    for (uint32_t n = 0; wrong == OBJECT_FINE && n < AXIS_COUNT; n++) {
+    for (uint32_t n = 0; wrong == OBJECT_OK && n < AXIS_COUNT; n++) {
         wrong = write_axis(&c->drives[n], place, value);
     }
     return wrong;
@@ -219,7 +219,7 @@ static enum object_refusal act_on_all(struct canopen *c, const struct object_pla
 static uint32_t write_drive(struct canopen *c, const struct object_place *place, uint32_t index, uint32_t value)
 {
     static const uint32_t aborts[] = {
-        [OBJECT_FINE] = 0u,
+        [OBJECT_OK] = 0u,
         [OBJECT_TOO_LOW] = SDO_VALUE_TOO_LOW,
         [OBJECT_TOO_HIGH] = SDO_VALUE_TOO_HIGH,
         [OBJECT_BAD_VALUE] = SDO_VALUE,
@@ -229,7 +229,7 @@ static uint32_t write_drive(struct canopen *c, const struct object_place *place,
     };
     const enum object_refusal wrong =
         is_action(place) ? act_on_all(c, place, value) : write_axis(&c->drives[canopen_axis(index)], place, value);
-    if (wrong == OBJECT_FINE && place->kind == PLACE_OBJECT && place->number == OBJECT_restore) {
+    if (wrong == OBJECT_OK && place->kind == PLACE_OBJECT && place->number == OBJECT_restore) {
         keep_node(c);
     }
     return aborts[wrong];

@@ -55,7 +55,7 @@ static void put_warnings(struct text *out, const struct axis *a)
     }
 }
 
-/* Looks at the newest voltage of each millisecond, since the last `on`. */
+/* Counted by the newest voltage of each millisecond, since the last `on`. */
 static void put_update(struct text *out, const struct axis *a)
 {
     text_print(out, "PWM update: %s%s", message_of_update(a->tuning.update),
@@ -74,7 +74,7 @@ static const char *leader(const struct axis *a)
     return injection_leads(a) ? ", the injection leads" : ", the observer leads";
 }
 
-/* The result of the saliency test, if it was run, and why it was not good enough. */
+/* The result of the saliency test, if it was run, and why the injection was refused. */
 static void put_saliency(struct text *out, const struct injection_start *m)
 {
     if (m->detail_q8 != 0) {
@@ -140,17 +140,17 @@ static void run_status(struct session *s, const struct arguments *unused)
 
 /* ---- on, and another source ---- */
 
-/* Serves the bus while the axis completes what was requested; false when it has. */
+/* Serves the buses while the axis prepares what was requested; false when it has. */
 static bool is_preparing(struct session *s)
 {
     const bool more = drive_prepare(s->axis);
     if (more) {
-        text_take_turn(&s->out);
+        text_yield(&s->out);
     }
     return more;
 }
 
-/* A full battery, or v_max_mv too close above it. */
+/* A full battery, or v_max_mv too close to the bus voltage. */
 static void warn_of_bus(struct session *s)
 {
     const int32_t bus_q15 = s->axis->loop.vbus_q15;
@@ -246,7 +246,7 @@ const struct command commands_position[] = {
 };
 
 const struct command commands_zero[] = {
-    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero, .commands = true},
+    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero, .owner_only = true},
 };
 
 const struct command commands_cyclic[] = {
@@ -262,7 +262,7 @@ _Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_
 const struct command commands_angle[] = {
     {"angle", " encoder|observer|hall",
      "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
-     {ARGUMENT_CHOICE}, .run = run_angle, .commands = true},
+     {ARGUMENT_CHOICE}, .run = run_angle, .owner_only = true},
     {"forget", "", "the angle between encoder and magnets, while off: the next 'on' aligns", .request = drive_forget},
 };
 /* clang-format on */
@@ -274,7 +274,7 @@ const struct command commands_angle[] = {
 
 static const struct {
     const char *name, *unit;
-    int32_t milli; /* thousandths of the unit in one of the result's */
+    int32_t milli; /* thousandths of the unit per LSB */
 } identify_quantities[IDENTIFY_QUANTITIES] = {IDENTIFY_RESULTS(RESULT_OF)};
 
 static const char *const identify_reasons[IDENTIFY_REASONS] = {"", IDENTIFY_REFUSALS(REFUSAL_OF)};
@@ -294,7 +294,7 @@ static void put_result(struct text *out, uint32_t what, const struct identify_re
     }
 }
 
-/* How it ended, then a line for each quantity: value, interval and unit, or why there is none. */
+/* How it ended, then a line for each quantity: value, interval and unit, or why not. */
 static void put_results(struct text *out, const struct identify *d)
 {
     if (d->step == IDENTIFY_STEP_NONE) {

@@ -86,12 +86,12 @@ void put_axis(struct text *out, uint32_t axis)
 
 /* ---- machine, version ---- */
 
-/* The Makefile knows (.ci/commit): always as long, so that nothing behind it moves. */
+/* By the Makefile (.ci/commit), of constant length so that no address depends on it. */
 #ifndef CONFIG_COMMIT
 #define CONFIG_COMMIT "unknown"
 #endif
 
-/* The answer already uses the mode of the next line. */
+/* This answer already uses the new mode. */
 static void run_machine(struct session *s, const struct arguments *a)
 {
     s->machine = a->value[1] == 0;
@@ -105,7 +105,7 @@ const struct command commands_machine[] = {
 };
 /* clang-format on */
 
-/* A line: what it is, and what of it was chosen when it was built. */
+/* One line: version, commit and build choices. */
 static void run_version(struct session *s, const struct arguments *a)
 {
     (void)a;

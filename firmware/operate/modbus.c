@@ -16,11 +16,11 @@
 
 /* ---- lengths, check sum included (MODBUS Application Protocol V1.1b3, chapter 6) ---- */
 
-/* What is held, or a part of it. */
+/* The received bytes, or a part of them. */
 struct span {
     const uint8_t *bytes;
     size_t count;
-    size_t tried; /* of these */
+    size_t tried; /* of these, examined */
 };
 
 /* `least` bytes, and as many more as byte `counted_at` says, if that is not 0. */
@@ -99,7 +99,7 @@ static size_t reply_length(const struct span *f)
 
 /* ---- reading ---- */
 
-/* Each length is tried once, when its last byte has come: a check sum with each byte would take longer than the byte. */
+/* Each length is tried once, when its last byte has come: a check sum per byte would take longer than the byte. */
 static bool frame_fits(const struct span *f, size_t length)
 {
     return length > f->tried && length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
@@ -133,7 +133,7 @@ static void modbus_frame_drop(struct modbus_frame *f, size_t length)
     f->resumed = f->resumed && f->count > 0u;
 }
 
-/* Resumes after the silence. What came after a second one is unknown from here on; it is long past. */
+/* Resumes after the silence. The positions of later ones are not kept. */
 static void resume(struct modbus_frame *f)
 {
     modbus_frame_drop(f, f->silence);
@@ -153,7 +153,7 @@ static void modbus_frame_silence(struct modbus_frame *f)
     }
 }
 
-static void modbus_frame_hear(struct modbus_frame *f, uint8_t byte)
+static void modbus_frame_receive(struct modbus_frame *f, uint8_t byte)
 {
     if (f->count == MODBUS_FRAME_BYTES) {
         modbus_frame_forget(f);
@@ -170,10 +170,10 @@ static bool is_own(uint8_t to, uint8_t address)
     return to >= address && to - address < (int)AXIS_COUNT && to <= MODBUS_ADDRESS_MOST;
 }
 
-/* A frame at the beginning; *hopeless if there will be none. */
-static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
+/* Length of a frame at the beginning, or 0; *impossible: more bytes cannot complete one. */
+static size_t frame_in(const struct span *f, uint8_t address, bool *impossible)
 {
-    *hopeless = false;
+    *impossible = false;
     if (f->count < 2u) {
         return 0;
     }
@@ -186,28 +186,28 @@ static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
     if (frame_fits(f, answered)) {
         return answered;
     }
-    *hopeless = !may_come(f, asked) && !may_come(f, answered);
+    *impossible = !may_come(f, asked) && !may_come(f, answered);
     return 0;
 }
 
-static struct span held_from(const struct modbus_frame *f, size_t at)
+static struct span span_from(const struct modbus_frame *f, size_t at)
 {
     return (struct span){&f->bytes[at], f->count - at, f->tried > at ? f->tried - at : 0u};
 }
 
-static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *hopeless)
+static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *impossible)
 {
-    const struct span all = held_from(f, 0);
-    return frame_in(&all, address, hopeless);
+    const struct span all = span_from(f, 0);
+    return frame_in(&all, address, impossible);
 }
 
-/* A request to this drive broke off, and a complete one follows the silence: the master has started over. */
-static bool begun_anew(const struct modbus_frame *f, uint8_t address)
+/* A request to this drive broke off, and a complete one follows the silence: the client has started over. */
+static bool has_restarted(const struct modbus_frame *f, uint8_t address)
 {
-    bool hopeless;
-    const struct span behind = held_from(f, f->silence);
-    return f->silence > 0u && is_own(f->bytes[0], address) && behind.count > 0u && is_own(behind.bytes[0], address) &&
-           frame_in(&behind, address, &hopeless) > 0u;
+    bool impossible;
+    const struct span rest = span_from(f, f->silence);
+    return f->silence > 0u && is_own(f->bytes[0], address) && rest.count > 0u && is_own(rest.bytes[0], address) &&
+           frame_in(&rest, address, &impossible) > 0u;
 }
 
 /*
@@ -216,15 +216,15 @@ static bool begun_anew(const struct modbus_frame *f, uint8_t address)
  */
 static size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
 {
-    bool hopeless;
-    size_t length = frame_here(f, address, &hopeless);
-    while ((hopeless && f->silence > 0u) || (length == 0u && begun_anew(f, address))) {
+    bool impossible;
+    size_t length = frame_here(f, address, &impossible);
+    while ((impossible && f->silence > 0u) || (length == 0u && has_restarted(f, address))) {
         resume(f);
-        length = frame_here(f, address, &hopeless);
+        length = frame_here(f, address, &impossible);
     }
-    const struct span all = held_from(f, 0);
-    f->open = hopeless && is_own(f->bytes[0], address) && request_length(&all) == UNKNOWN;
-    f->lost = hopeless && !f->open;
+    const struct span all = span_from(f, 0);
+    f->open = impossible && is_own(f->bytes[0], address) && request_length(&all) == UNKNOWN;
+    f->lost = impossible && !f->open;
     f->tried = f->count;
     return length;
 }
@@ -307,15 +307,15 @@ static void carry_out(struct modbus *m, struct bus_drive *d, size_t length)
     if (!broadcast) {
         send_reply(m, to, replied);
     }
-    cia402_poll(&d->cia402, d->axis); /* before the next word takes its place */
+    cia402_poll(&d->cia402, d->axis); /* before the next control word replaces this one */
 }
 
-/* Handles a frame at the start of the received bytes: carries it out if it is for this drive and in time. */
+/* Handles the frame at the start of the received bytes: carries it out if addressed to this drive and in time. */
 static void take_frame(struct modbus *m, size_t length)
 {
     const uint8_t to = m->frame.bytes[0];
-    const bool hears = m->address != 0 && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length);
-    for (uint32_t n = 0; hears && n < AXIS_COUNT; n++) {
+    const bool accepts = m->address != 0 && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length);
+    for (uint32_t n = 0; accepts && n < AXIS_COUNT; n++) {
         const uint32_t own = (uint32_t)m->address + n;
         if (to == MODBUS_BROADCAST || (to == own && own <= MODBUS_ADDRESS_MOST)) {
             carry_out(m, &m->drives[n], length);
@@ -324,7 +324,7 @@ static void take_frame(struct modbus *m, size_t length)
     modbus_frame_drop(&m->frame, length);
 }
 
-static void hear(struct modbus *m, uint32_t received)
+static void receive_byte(struct modbus *m, uint32_t received)
 {
     if ((received & MMUART_RX_SILENCE) != 0u) {
         modbus_frame_silence(&m->frame);
@@ -333,35 +333,35 @@ static void hear(struct modbus *m, uint32_t received)
         modbus_frame_forget(&m->frame);
         m->frame.lost = true;
     }
-    modbus_frame_hear(&m->frame, (uint8_t)received);
+    modbus_frame_receive(&m->frame, (uint8_t)received);
     size_t length;
     while ((length = modbus_frame_find(&m->frame, (uint8_t)m->address)) > 0u) {
         take_frame(m, length);
     }
 }
 
-/* A request of an unknown function has ended, or any has been left off. By the slow loop's clock, which is enough for that. */
-static void notice_silence(struct modbus *m, uint32_t silent_ms)
+/* Ends a request of an unknown function, and drops one that broke off. The slow loop's clock is exact enough. */
+static void check_silence(struct modbus *m, uint32_t silent_ms)
 {
     const size_t length = silent_ms >= m->silence_ms ? modbus_frame_find_open(&m->frame) : 0u;
     if (length > 0u) {
         take_frame(m, length);
     }
-    if (silent_ms >= MODBUS_PATIENCE_MS) {
+    if (silent_ms >= MODBUS_FRAME_TIMEOUT_MS) {
         modbus_frame_forget(&m->frame);
     }
 }
 
-/* Received bytes first: a delayed thread must not take its own absence for a silence. */
-static void listen(struct modbus *m)
+/* Received bytes first: a delayed thread must not take its own delay for a silence. */
+static void receive_bytes(struct modbus *m)
 {
     const uint32_t now_ms = m->drives[0].axis->time_ms;
     uint32_t received;
     while (mmuart_take(&m->line->uart, &received)) {
-        m->heard_ms = now_ms;
-        hear(m, received);
+        m->received_ms = now_ms;
+        receive_byte(m, received);
     }
-    notice_silence(m, now_ms - m->heard_ms);
+    check_silence(m, now_ms - m->received_ms);
 }
 
 void modbus_poll(struct modbus *m)
@@ -369,7 +369,7 @@ void modbus_poll(struct modbus *m)
     if (!rs485_is_sending(m->line)) {
         follow_parameters(m);
     }
-    listen(m);
+    receive_bytes(m);
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         cia402_poll(&m->drives[n].cia402, m->drives[n].axis);
     }

@@ -125,23 +125,23 @@ extern const struct object_row objects[OBJECT_COUNT];
 /* ==== other names of parameters ==== */
 
 /*
- * Objects of CiA 402 that are other names of parameters: what masters write at boot. From this table firmware and EDS take
- * them; docs/can.md says which parameter each is. Written while the drive is off, as parameters are.
+ * Objects of CiA 402 that map to parameters, for masters that write them at boot. Firmware and EDS take them from this table;
+ * docs/can.md has the parameter of each. Written only while the drive is off, as parameters.
  */
-/* How it follows from parameters; of PROFILE_FIXED it is `fixed`, and nothing else can be written. */
+/* How it follows from parameters. PROFILE_FIXED: always `fixed`; other values are refused. */
 enum profile_how {
     PROFILE_FIXED,
-    PROFILE_RAMP,      /* ramp_rpm_s; written, profile_rpm_s is the same */
-    PROFILE_QUICK,     /* four times that: how a quick stop brakes; no more can be had */
+    PROFILE_RAMP,      /* ramp_rpm_s; a write also sets profile_rpm_s to it */
+    PROFILE_QUICK,     /* four times that, the deceleration of a quick stop: at most */
     PROFILE_SPEED,     /* profile_speed_pm of speed_max_rpm */
-    PROFILE_HOME,      /* home_rpm, whose sign stays */
+    PROFILE_HOME,      /* magnitude of home_rpm */
     PROFILE_FOLLOWING, /* following_mturn in counts */
     PROFILE_TORQUE,    /* i_max_ma in 0.1 % of i_rated_ma */
-    PROFILE_CYCLE,     /* cyclic_ms as so many times */
-    PROFILE_EXPONENT,  /* a power of 10 of a second, -3 to 0 */
+    PROFILE_CYCLE,     /* cyclic_ms in units of */
+    PROFILE_EXPONENT,  /* this power of 10 seconds, -3 to 0 */
 };
 
-/* Index, subindex, type, access, name, initial value as the EDS has it, how, of PROFILE_FIXED the value. */
+/* Index, subindex, type, access, name, default as in the EDS, how, value if PROFILE_FIXED. */
 /* clang-format off */
 #define PROFILE_OBJECTS(X) \
     X(0x605A, 0, I16, RW, "Quick stop option code", 2, FIXED, 2) \
@@ -179,11 +179,10 @@ extern const uint32_t profile_object_count;
 /* ==== reading and writing ==== */
 
 /*
- * What the buses read and write of a drive: the objects of objects.h, reactions to faults, parameters. Where each of them
- * stands is the bus's affair. After a refusal nothing has changed, but
- * that a word which stops has. Thread.
+ * What the buses read and write of a drive: objects, reactions to faults, parameters; each bus maps them to its addresses.
+ * After a refusal nothing has changed, except that a control word that stops has been obeyed. Thread.
  */
-/* A drive as one bus commands it: each has its own control word and targets. */
+/* A drive on one bus: each bus has its own control word and targets. */
 struct bus_drive {
     struct axis *axis;
     const struct slots *slots; /* where settings are stored */
@@ -191,7 +190,7 @@ struct bus_drive {
 };
 
 enum object_refusal {
-    OBJECT_FINE,
+    OBJECT_OK,
     OBJECT_TOO_LOW,
     OBJECT_TOO_HIGH,
     OBJECT_BAD_VALUE,
@@ -200,7 +199,7 @@ enum object_refusal {
     OBJECT_COMMANDED,    /* another line commands */
 };
 
-/* One value, wherever it comes from. */
+/* One value, by its table and row. */
 struct object_place {
     enum { PLACE_NONE, PLACE_OBJECT, PLACE_REACTION, PLACE_PARAM, PLACE_PROFILE } kind;
     uint32_t number; /* enum object_id, enum fault, or row of param_table, of profile_objects */
@@ -232,26 +231,26 @@ struct object_view object_view(const struct bus_drive *d);
 /* In the unit of the table; 32 bits of it. */
 uint32_t object_get(const struct object_view *v, const struct object_place *p);
 
-/* The drive's values after a write; adopted only once all of it has been checked. */
+/* The drive's values after a write; applied only when all of them have been checked. */
 struct object_change {
     struct params params;
     uint8_t choice[FAULT_COUNT];
     uint32_t params_changed, choices_changed;
-    struct outcome absent; /* what one of them needs and the build does not have */
+    struct outcome absent; /* a feature one of them needs that is not in the build */
     struct object_writable writable;
-    uint32_t setpoints; /* a bit for each that is among them, by enum object_id */
+    uint32_t setpoints; /* those written: a bit for each, by enum object_id */
 };
 
 /*
- * A write: begun, one or several values, each of which is checked against its range, and committed, which checks several
- * parameters also together, as switching on would; object_check() does no more than that.
+ * A write is a transaction: object_begin(), object_change() for each value, which checks its range, and object_commit(), which
+ * also checks several parameters for consistency, as switching on does. object_check() only checks.
  */
 void object_begin(struct object_change *c, const struct bus_drive *d);
 enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value);
 enum object_refusal object_check(const struct object_change *c, struct bus_drive *d);
 enum object_refusal object_commit(struct object_change *c, struct bus_drive *d);
 
-/* Of a write that was refused: a word among it that only stops is obeyed, whatever came with it. */
+/* After a refused write: a control word in it that only stops is obeyed nevertheless. */
 void object_stop(const struct object_change *c, struct bus_drive *d);
 
 #endif
