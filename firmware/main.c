@@ -77,9 +77,10 @@ static void start_uart(void)
 static void start_axes(enum fault boot_fault)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        const bool led = n == 0u || !axis_fabric_doubted(&axes[0]); /* or the follower's carrier would never start */
+        const bool led =
+            n == 0u || !axis_fabric_is_untrusted(&axes[0]); /* or the follower's carrier would never start */
         drive_start(&axes[n], led ? boot_fault : FAULT_FABRIC);
-        if (!axis_fabric_doubted(&axes[n])) {
+        if (!axis_fabric_is_untrusted(&axes[n])) {
             handlers_start_current_loop(n);
         }
     }
@@ -128,7 +129,7 @@ static void serve_axis(struct axis *axis)
         drive_restore_cogging(axis);
     }
     if (FEATURE_IN(IDENTIFY)) {
-        identify_think(&axis->identify);
+        identify_evaluate(&axis->identify);
     }
 }
 

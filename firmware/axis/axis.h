@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * One motor: struct axis holds the whole state of its drive and is passed by pointer. It is data only: the rooms above control
- * share it, and each of its parts is declared, and explained, by the room that writes it.
+ * share it. Each part is declared and explained by the room that writes it.
  */
 #ifndef FIRMWARE_AXIS_AXIS_H
 #define FIRMWARE_AXIS_AXIS_H
@@ -63,7 +63,7 @@ enum axis_request {
     AXIS_REQUEST_SOURCE, /* drive/handover.h */
 };
 
-/* Of an axis' address these bits are 0: the interrupt's assembly stores it to ADC.STATUS, where they would clear something. */
+/* The low bits of an axis' address must be 0: the interrupt's assembly writes it to ADC.STATUS, where a 1 clears a flag. */
 #ifdef __arm__
 #define AXIS_ALIGNMENT 512u
 #else
@@ -73,30 +73,30 @@ enum axis_request {
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
 
 /*
- * What the interrupt reads lies within the first 4095 bytes, the reach of a load from one base register: `loop` and `hall`.
- * Behind these the order leaves few gaps: one word too many is AXIS_ALIGNMENT bytes for each axis.
+ * What the interrupt reads lies within the first 4095 bytes, the reach of a load from one base register: `loop` and `hall`. The
+ * rest is ordered to avoid padding: one word too many costs AXIS_ALIGNMENT bytes for each axis.
  */
 struct axis {
     _Alignas(AXIS_ALIGNMENT) struct current_loop loop; /* first: the interrupt addresses its members by offset */
     struct fabric *fabric;
-    struct axis *beside; /* the other motor of this core, or NULL: both need its thread, its memory, its time */
-    uint32_t carrier_ahead_counts; /* of the other motor's; 0: the carrier runs by itself */
+    struct axis *other_axis;       /* the other motor of this core, or NULL: they share thread, memory and time */
+    uint32_t carrier_ahead_counts; /* phase lead over the other motor's carrier; 0: it runs freely */
     volatile uint32_t state;       /* enum axis_state */
     volatile uint32_t mode;        /* enum axis_mode */
     volatile uint32_t time_ms;
-    volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
-    struct set_point set_point;          /* the thread writes it, the slow loop takes it */
+    volatile uint32_t request;           /* enum axis_request: mailbox from the thread to the slow loop */
+    struct set_point set_point;          /* mailbox from the thread to the slow loop */
     volatile int32_t torque_command_q15; /* for torque control */
     uint32_t stopping_ms;
-    uint32_t unlimited_braking_ms;  /* the part of stopping_ms in which no limit held back braking */
-    uint32_t heartbeat;             /* conversions at the last step */
-    uint32_t pace_chosen_ms;        /* when the conversions per millisecond were last chosen */
-    uint32_t beside_identified_ms;  /* when the other axis last identified */
-    volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
-    volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
-    volatile uint32_t thread_ms;    /* when the thread last made progress; 0: it has not begun */
-    volatile uint32_t command_ms;   /* when the owner last addressed the drive; anybody, while it has none */
-    volatile uint32_t master_lost;  /* why the master of the CAN bus is missing, 0: it is not */
+    uint32_t unlimited_braking_ms;      /* the part of stopping_ms in which no limit reduced the braking torque */
+    uint32_t heartbeat;                 /* conversions at the last step */
+    uint32_t rate_chosen_ms;            /* when the conversions per millisecond were last chosen */
+    uint32_t other_identified_ms;       /* when the other axis last identified */
+    volatile uint32_t time_wraps;       /* overflows of time_ms, one in 49.7 days */
+    volatile uint32_t fabric_untrusted; /* AXIS_FABRIC_UNTRUSTED until start-up trusts the fabric */
+    volatile uint32_t thread_ms;        /* when the thread last ran; 0: not yet */
+    volatile uint32_t command_ms;       /* when the owner last sent a message, or anybody while there is no owner */
+    volatile uint32_t master_lost;      /* why the CAN master counts as lost; 0: it does not */
     struct ownership owner;
     struct params params; /* as set; take effect at the next switch-on */
     struct tuning tuning; /* of the last switch-on */
@@ -119,8 +119,7 @@ struct axis {
     struct retry retry;
     struct identify identify;
     struct nvm_cogging nvm_cogging;
-    bool
-        nvm_afresh; /* `defaults` was the last: a save carries nothing over that this image does not know. The thread's */
+    bool nvm_from_defaults; /* since `defaults` a save drops stored values unknown to this image. The thread's */
     struct switching switching;
     struct lock_watch lock_watch;
     struct hall_learn hall_learn;
@@ -128,17 +127,18 @@ struct axis {
 };
 
 /* A single magic value: a stray write must not keep a fault from switching the bridge off. */
-#define AXIS_FABRIC_DOUBTED 0xD0B7FABCu
+#define AXIS_FABRIC_UNTRUSTED 0xD0B7FABCu
 
 /* True if no fabric register may be touched. Any context. */
-static inline bool axis_fabric_doubted(const struct axis *a)
+static inline bool axis_fabric_is_untrusted(const struct axis *a)
 {
-    return a->fabric_doubt == AXIS_FABRIC_DOUBTED;
+    return a->fabric_untrusted == AXIS_FABRIC_UNTRUSTED;
 }
 
 /*
- * 1, or -1 where the operator's forward is the machine's backward. The drive's inside knows the machine's alone: set-points are
- * turned as they come in, speeds, positions and torques as they are shown. It changes only while the bridge is off.
+ * 1, or -1 if the operator's positive direction is the machine's negative one (parameter direction). Inside the drive
+ * everything is in the machine's direction: set-points are converted on input; speeds, positions and torques on output. It
+ * changes only while the bridge is off.
  */
 static inline int32_t axis_forward(const struct axis *a)
 {

@@ -85,7 +85,7 @@ bool saliency_seen(const struct saliency *s)
 }
 
 #define STILL_MS       12u
-#define STILL_MOST_MS  2000u
+#define STILL_MAX_MS   2000u
 #define STOOD_PART     72 /* of a turn: 5 degrees */
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
 #define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees, */
@@ -115,7 +115,7 @@ static enum alignment_result step_drop(struct alignment *a, volatile struct curr
         a->stood_at = a->counts;
         a->stood = true;
         alignment_enter(a, STAGE_AXIS);
-    } else if (a->stage_ms > STILL_MOST_MS) {
+    } else if (a->stage_ms > STILL_MAX_MS) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
         return ALIGNMENT_LOAD;
     }
@@ -140,13 +140,13 @@ static uint32_t nearer_end_q32(uint32_t offset_q32, uint32_t angle_q32)
  * the axis's sense. A load has shifted it both times one way; friction, which may be the larger, has not shifted the mean.
  */
 static enum alignment_result judge_north(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
-                                         uint32_t angle_q32, uint32_t offset_q32, uint32_t most_q32)
+                                         uint32_t angle_q32, uint32_t offset_q32, uint32_t max_q32)
 {
-    const int32_t forth_q32 = (int32_t)(a->load.forth_q32[0] - offset_q32);
+    const int32_t forward_q32 = (int32_t)(a->load.forward_q32[0] - offset_q32);
     const int32_t back_q32 = (int32_t)(a->load.back_q32[0] - offset_q32);
-    const uint32_t mean_q32 = angle_size_q32(forth_q32 / 2 + back_q32 / 2);
-    const uint32_t away_q32 = mean_q32 + angle_size_q32(forth_q32 / 2 - back_q32 / 2);
-    if (mean_q32 > most_q32 || away_q32 > most_q32 + RUBBING_Q32) {
+    const uint32_t mean_q32 = angle_size_q32(forward_q32 / 2 + back_q32 / 2);
+    const uint32_t away_q32 = mean_q32 + angle_size_q32(forward_q32 / 2 - back_q32 / 2);
+    if (mean_q32 > max_q32 || away_q32 > max_q32 + RUBBING_Q32) {
         a->detail[0] = (int32_t)(away_q32 / (DEGREES_45_Q32 / 45));
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
@@ -183,7 +183,7 @@ static enum alignment_result judge_shown(struct alignment *a, volatile struct cu
         const uint32_t offset_q32 = nearer_end_q32(saliency_offset_q32(&a->axis), a->load.centre_q32);
         return judge_north(a, c, t, angle_q32, offset_q32, DEGREES_45_Q32);
     }
-    if (!alignment_load_is_told(a, t)) {
+    if (!load_is_identified(a, t)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     current_loop_offset(c, load_angle_offset_q32(&a->load));
@@ -217,7 +217,7 @@ enum alignment_result alignment_step_axis(struct alignment *a, volatile struct c
 #define JUMP_MS        8u /* for a quarter turn: a rotor opposite the field must not meet it half way */
 #define SETTLE_PERIODS 10
 #define SETTLE_MS      60
-#define RATIO_MOST     32
+#define RATIO_MAX      32
 #define GRIP_MS        5
 #define BACK_PART      16 /* of a period: how long the current takes to return */
 #define AWAY_TURNS     3  /* no field pulls the rotor further than this from its start */
@@ -279,7 +279,7 @@ static void grip(struct alignment *a, const struct tuning *t)
 }
 
 /* During the pull the rotor turns half a turn to the field and a quarter with it, and swings; any further is a load. */
-bool alignment_carried_away(struct alignment *a, const struct tuning *t)
+bool alignment_check_external_drive(struct alignment *a, const struct tuning *t)
 {
     const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
     grip(a, t);
@@ -289,8 +289,8 @@ bool alignment_carried_away(struct alignment *a, const struct tuning *t)
 /* Settled, or waited long enough: longer if nothing damps it. */
 static bool at_rest(const struct alignment *a)
 {
-    const int32_t most_ms = a->period_ms * SETTLE_PERIODS * (a->rotor.sense == 0 ? 2 : 1) + SETTLE_MS;
-    return a->current_q15 == a->target_q15 && (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= most_ms);
+    const int32_t max_ms = a->period_ms * SETTLE_PERIODS * (a->rotor.sense == 0 ? 2 : 1) + SETTLE_MS;
+    return a->current_q15 == a->target_q15 && (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= max_ms);
 }
 
 /*
@@ -308,7 +308,7 @@ static enum alignment_result step_first(struct alignment *a, const struct tuning
         return ALIGNMENT_RUNNING;
     }
     if (t->reluctant && !leads_the_field(a)) {
-        alignment_begin_pass(a, t, PASS_FORTH);
+        alignment_begin_pass(a, t, PASS_FORWARD);
     } else {
         a->jump_from = a->counts;
         alignment_enter(a, STAGE_SECOND);
@@ -324,7 +324,7 @@ static void judge_jump(struct alignment *a, const struct tuning *t)
 {
     const int32_t quarter = t->encoder_counts / t->pole_pairs / 4 + 1;
     const int32_t seen = q15_abs(a->counts - a->jump_from) * (int32_t)RATIO_ONE / quarter;
-    a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MOST);
+    a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MAX);
 }
 
 /* A second attempt has more current, and pulls the rotor along. */
@@ -340,7 +340,7 @@ static enum alignment_result step_second(struct alignment *a, const struct tunin
         alignment_begin_swing(a);
     } else if (at_rest(a)) {
         judge_jump(a, t);
-        alignment_begin_pass(a, t, PASS_FORTH);
+        alignment_begin_pass(a, t, PASS_FORWARD);
     }
     return ALIGNMENT_RUNNING;
 }
@@ -393,9 +393,9 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
     a->stage_ms++;
     a->still_ms = moved == 0 ? a->still_ms + 1u : 0u;
     pull_speed_step(&a->speed, c, t, (int32_t)encoder_q32(c, (uint32_t)moved));
-    alignment_feel_sense(a, c, t, moved, angle_q32);
+    alignment_observe_direction(a, c, t, moved, angle_q32);
     follow_current(a, t);
-    if (alignment_carried_away(a, t)) {
+    if (alignment_check_external_drive(a, t)) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
         return ALIGNMENT_LOAD;
     }
@@ -407,16 +407,16 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
 
 /* ==== the speed while it pulls ==== */
 
-#define SHARE_BITS  8         /* of the current */
-#define FADE        2         /* full current up to this part of the speed */
-#define FALLS       2         /* times the speed */
-#define STEADY      16        /* part of the current: if it changes by more, inductance takes the voltage */
-#define ALONG_MS    2         /* one noisy sample is no braking */
-#define LATE        2         /* times align_speed_ms: so late does the encoder tell the speed */
-#define GAINS       2         /* a rotor that falls gains this part of the allowed speed */
-#define SURE        4         /* one that gains this part of it is not braked */
-#define DOUBT       5         /* eighths of R i: with a resistance told twice too large, half of R i is not there */
-#define LARGEST_Q32 (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
+#define SHARE_BITS 8         /* of the current */
+#define FADE       2         /* full current up to this part of the speed */
+#define FALLS      2         /* times the speed */
+#define STEADY     16        /* part of the current: if it changes by more, inductance takes the voltage */
+#define ALONG_MS   2         /* one noisy sample is no braking */
+#define LATE       2         /* times align_speed_ms: so late does the encoder tell the speed */
+#define GAINS      2         /* a rotor that falls gains this part of the allowed speed */
+#define SURE       4         /* one that gains this part of it is not braked */
+#define DOUBT      5         /* eighths of R i: with a resistance told twice too large, half of R i is not there */
+#define MAX_Q32    (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
 
 static int32_t emf_q15(const struct tuning *t)
 {
@@ -424,7 +424,7 @@ static int32_t emf_q15(const struct tuning *t)
 }
 
 /* Inductance takes voltage while the current changes. */
-static void feel_field(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t)
+static void observe_field_emf(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t)
 {
     const bool steady = q15_abs(c->i_d_q15 - s->i_d_q15) < t->align[0].i_q15 / STEADY;
     s->drop_q15 = (s->i_d_q15 * t->r_q12) >> 12;
@@ -460,8 +460,8 @@ static void see_free_run(struct pull_speed *s, const struct tuning *t)
 void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t,
                      int32_t moved_q32)
 {
-    s->speed_q32 += (q15_clamp(moved_q32, -LARGEST_Q32, LARGEST_Q32) - s->speed_q32) / t->align_speed_ms;
-    feel_field(s, c, t);
+    s->speed_q32 += (q15_clamp(moved_q32, -MAX_Q32, MAX_Q32) - s->speed_q32) / t->align_speed_ms;
+    observe_field_emf(s, c, t);
     see_braking(s, t);
     see_free_run(s, t);
 }

@@ -70,12 +70,12 @@ int32_t encoder_sense_q15(const struct encoder_sense *s);
  */
 
 struct load_angle {
-    uint32_t forth_q32[2], back_q32[2]; /* mean of field less encoder at the larger current and at the smaller */
-    int32_t ratio_q15;                  /* smaller current over the larger */
-    int32_t saliency_q15;               /* (Lq - Ld) I / psi, at the larger current */
+    uint32_t forward_q32[2], back_q32[2]; /* mean of field less encoder at the larger current and at the smaller */
+    int32_t ratio_q15;                    /* smaller current over the larger */
+    int32_t saliency_q15;                 /* (Lq - Ld) I / psi, at the larger current */
     uint32_t centre_q32;
     int32_t low_q32, high_q32; /* the offset lies between, relative to the centre */
-    int32_t doubted_q32;       /* the offset if the saliency is larger than told */
+    int32_t more_salient_q32;  /* the offset if the saliency is larger than told */
     uint32_t steps;
 };
 
@@ -86,7 +86,7 @@ void load_angle_start(struct load_angle *a);
 bool load_angle_step(struct load_angle *a);
 
 /* How far a quarter more saliency moves the offset: without a load not at all. */
-uint32_t load_angle_doubt_q32(const struct load_angle *a);
+uint32_t load_angle_uncertainty_q32(const struct load_angle *a);
 
 /* From the encoder's angle to the magnets'. */
 static inline uint32_t load_angle_offset_q32(const struct load_angle *a)

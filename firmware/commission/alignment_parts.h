@@ -54,10 +54,10 @@ enum stage {
 };
 
 enum pass {
-    PASS_FORTH,
+    PASS_FORWARD,
     PASS_BACK,
-    PASS_FORTH_LESS, /* less current */
-    PASS_BACK_LESS,
+    PASS_FORWARD_REDUCED, /* less current */
+    PASS_BACK_REDUCED,
 };
 
 static inline void alignment_enter(struct alignment *a, enum stage stage)
@@ -76,7 +76,7 @@ enum alignment_result alignment_again(struct alignment *a, const struct tuning *
                                       enum alignment_result otherwise);
 
 /* Before each step: whether a load takes the rotor away; a falling one is gripped. */
-bool alignment_carried_away(struct alignment *a, const struct tuning *t);
+bool alignment_check_external_drive(struct alignment *a, const struct tuning *t);
 
 /* One step of STAGE_PULL or STAGE_SECOND. */
 enum alignment_result alignment_step_pull(struct alignment *a, const struct tuning *t, uint32_t angle_q32);
@@ -87,8 +87,8 @@ enum alignment_result alignment_step_pull(struct alignment *a, const struct tuni
 void alignment_begin_swing(struct alignment *a);
 
 /* Before each step; the encoder has moved by `moved` counts to `angle_q32`. */
-void alignment_feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
-                          int32_t moved, uint32_t angle_q32);
+void alignment_observe_direction(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
+                                 int32_t moved, uint32_t angle_q32);
 
 /* ---- turning ---- */
 
@@ -100,7 +100,7 @@ enum alignment_result alignment_step_turns(struct alignment *a, volatile struct 
                                            uint32_t angle_q32);
 
 /* Whether the passes alone tell the offset, once they are solved. */
-bool alignment_load_is_told(struct alignment *a, const struct tuning *t);
+bool load_is_identified(struct alignment *a, const struct tuning *t);
 
 /* ---- the magnets' axis ---- */
 

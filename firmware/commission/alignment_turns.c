@@ -130,8 +130,8 @@ static bool has_moved(const struct alignment *a, const struct tuning *t, int32_t
  *
  * Where reluctance holds the rotor the voltage's sense changes beyond 45 degrees from the hold, and all of the way counts.
  */
-void alignment_feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
-                          int32_t moved, uint32_t angle_q32)
+void alignment_observe_direction(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
+                                 int32_t moved, uint32_t angle_q32)
 {
     if (a->rotor.sense != 0 || a->stage >= STAGE_DROP) {
         return;
@@ -207,7 +207,7 @@ enum alignment_result alignment_again(struct alignment *a, const struct tuning *
 #define SNAP_ONE_IN    100 /* a standard count this close is meant */
 #define EDGES_Q4       8   /* half a count in two turns */
 #define TWO_TURNS_Q4   32  /* of a pole pair, per count of a turn of the shaft */
-#define COUNTS_MOST_Q4 (1 << 23)
+#define COUNTS_MAX_Q4  (1 << 23)
 #define POLE_PAIRS_MAX 50
 
 /* Lines per turn that makers offer; the counts are four times these. */
@@ -247,7 +247,7 @@ static bool fits(int32_t seen_q4, int32_t pole_pairs, int32_t encoder_counts)
 
 struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t encoder_counts)
 {
-    const int32_t seen_q4 = q15_clamp(two_turns_q4, 1, COUNTS_MOST_Q4);
+    const int32_t seen_q4 = q15_clamp(two_turns_q4, 1, COUNTS_MAX_Q4);
     if (fits(seen_q4, pole_pairs, encoder_counts)) {
         return (struct encoder_fit){ENCODER_FITS, pole_pairs, encoder_counts};
     }
@@ -272,19 +272,19 @@ int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_
 
 void load_angle_start(struct load_angle *a)
 {
-    a->centre_q32 = a->back_q32[0] + (uint32_t)((int32_t)(a->forth_q32[0] - a->back_q32[0]) / 2);
+    a->centre_q32 = a->back_q32[0] + (uint32_t)((int32_t)(a->forward_q32[0] - a->back_q32[0]) / 2);
     a->low_q32 = -WIDTH_Q32;
     a->high_q32 = WIDTH_Q32;
     a->steps = 0;
-    a->doubted_q32 = 0;
+    a->more_salient_q32 = 0;
 }
 
 /* Sum over both ways of the torque at the larger current, less that at the smaller. It falls as the offset grows. */
 static int32_t difference_q15(const struct load_angle *a, int32_t saliency_q15, uint32_t offset_q32)
 {
-    return load_angle_torque_q15(Q15_ONE, saliency_q15, a->forth_q32[0] - offset_q32) +
+    return load_angle_torque_q15(Q15_ONE, saliency_q15, a->forward_q32[0] - offset_q32) +
            load_angle_torque_q15(Q15_ONE, saliency_q15, a->back_q32[0] - offset_q32) -
-           load_angle_torque_q15(a->ratio_q15, saliency_q15, a->forth_q32[1] - offset_q32) -
+           load_angle_torque_q15(a->ratio_q15, saliency_q15, a->forward_q32[1] - offset_q32) -
            load_angle_torque_q15(a->ratio_q15, saliency_q15, a->back_q32[1] - offset_q32);
 }
 
@@ -300,48 +300,48 @@ bool load_angle_step(struct load_angle *a)
     }
     a->steps++;
     if (a->steps == STEPS) {
-        a->doubted_q32 = a->low_q32;
+        a->more_salient_q32 = a->low_q32;
         a->low_q32 = -WIDTH_Q32;
         a->high_q32 = WIDTH_Q32;
     }
     return a->steps >= 2u * STEPS;
 }
 
-uint32_t load_angle_doubt_q32(const struct load_angle *a)
+uint32_t load_angle_uncertainty_q32(const struct load_angle *a)
 {
-    return angle_size_q32(a->doubted_q32 - a->low_q32);
+    return angle_size_q32(a->more_salient_q32 - a->low_q32);
 }
 
 int32_t load_angle_spread_q15(const struct load_angle *a)
 {
     const uint32_t offset_q32 = load_angle_offset_q32(a);
-    return q15_abs(load_angle_torque_q15(Q15_ONE, a->saliency_q15, a->forth_q32[0] - offset_q32) -
-                   load_angle_torque_q15(a->ratio_q15, a->saliency_q15, a->forth_q32[1] - offset_q32));
+    return q15_abs(load_angle_torque_q15(Q15_ONE, a->saliency_q15, a->forward_q32[0] - offset_q32) -
+                   load_angle_torque_q15(a->ratio_q15, a->saliency_q15, a->forward_q32[1] - offset_q32));
 }
 
 uint32_t load_angle_largest_q32(const struct load_angle *a)
 {
     const uint32_t offset_q32 = load_angle_offset_q32(a);
-    const uint32_t forth_q32 = angle_size_q32((int32_t)(a->forth_q32[0] - offset_q32));
+    const uint32_t forward_q32 = angle_size_q32((int32_t)(a->forward_q32[0] - offset_q32));
     const uint32_t back_q32 = angle_size_q32((int32_t)(a->back_q32[0] - offset_q32));
-    return forth_q32 > back_q32 ? forth_q32 : back_q32;
+    return forward_q32 > back_q32 ? forward_q32 : back_q32;
 }
 
-#define PERIODS_A_TURN 2  /* of the pendulum, in which the field turns once */
-#define EVEN_ONE_IN    64 /* forward and back agree so far, and but for these counts */
-#define EVEN_COUNTS    6
-#define SILENT_PART    60  /* of the way expected: with one pole pair told, fifty turn the rotor by more */
-#define SPREAD_Q15     450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
-#define COUNT_SHIFT    18  /* and a thirteenth of a count: a third of a turn is no whole number of them */
-#define DEGREES_12_Q32 (DEGREES_45_Q32 / 15 * 4)
-#define DOUBT_Q32      (DEGREES_45_Q32 / 18) /* 2.5 degrees */
+#define PERIODS_A_TURN  2  /* of the pendulum, in which the field turns once */
+#define EVEN_ONE_IN     64 /* forward and back agree so far, and but for these counts */
+#define EVEN_COUNTS     6
+#define SILENT_PART     60  /* of the way expected: with one pole pair told, fifty turn the rotor by more */
+#define SPREAD_Q15      450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
+#define COUNT_SHIFT     18  /* and a thirteenth of a count: a third of a turn is no whole number of them */
+#define DEGREES_12_Q32  (DEGREES_45_Q32 / 15 * 4)
+#define UNCERTAINTY_Q32 (DEGREES_45_Q32 / 18) /* 2.5 degrees */
 
 /* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
 static const int32_t EVEN_PARTS[ALIGNMENT_ATTEMPTS] = {20, 3};
 
 static bool whole_turn(uint32_t pass)
 {
-    return pass < PASS_FORTH_LESS;
+    return pass < PASS_FORWARD_REDUCED;
 }
 
 /* From here on the rotor is held, and may have all the current: teeth and friction count for less. */
@@ -356,7 +356,7 @@ static void hold_firmly(struct alignment *a, const struct tuning *t)
 
 void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t pass)
 {
-    if (pass == PASS_FORTH && !t->reluctant) {
+    if (pass == PASS_FORWARD && !t->reluctant) {
         hold_firmly(a, t);
     }
     const uint32_t period_ms = (uint32_t)a->period_ms;
@@ -384,7 +384,7 @@ static bool magnets_turned(const struct alignment *a, const struct tuning *t)
 {
     const int32_t n = (int32_t)a->passing.measure_ms;
     const int32_t w_q15 = q15_abs(a->passing.step_q32) / (int32_t)CONFIG_PERIODS_PER_SLOW >> CONFIG_W_SHIFT;
-    const int32_t seen_q15 = (a->turn_v_q_q15[PASS_FORTH] - a->turn_v_q_q15[PASS_BACK]) / n / 2;
+    const int32_t seen_q15 = (a->turn_v_q_q15[PASS_FORWARD] - a->turn_v_q_q15[PASS_BACK]) / n / 2;
     const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
     const int32_t reactive_q15 = tuning_reactive_q15(w_q15, a->target_q15, q15_max(t->x_d_q11, t->x_q_q11));
     return seen_q15 > emf_q15 / 4 + reactive_q15; /* a rotor that swings undamped shows less than half of it */
@@ -409,7 +409,7 @@ static enum alignment_result judge_fit(struct alignment *a, const struct tuning 
 /* Both whole turns are done: returns what is wrong with this encoder, if anything. */
 static enum alignment_result judge_turns(struct alignment *a, const struct tuning *t)
 {
-    const int32_t forth_q4 = a->turn_counts_q4[PASS_FORTH];
+    const int32_t forth_q4 = a->turn_counts_q4[PASS_FORWARD];
     const int32_t back_q4 = -a->turn_counts_q4[PASS_BACK];
     const int32_t expected_q4 = 16 * t->encoder_counts / t->pole_pairs;
     a->detail[0] = forth_q4 / 16;
@@ -431,12 +431,12 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
  * With less current a rotor that followed before may not: then the load is too much for that. One that stuck or swung is taken
  * back all the same, so that a second attempt begins where the first did; one that falls is not.
  */
-static bool lost_with_less(struct alignment *a)
+static bool lost_at_reduced_current(struct alignment *a)
 {
-    const int32_t third_q4 = (a->turn_counts_q4[PASS_FORTH] - a->turn_counts_q4[PASS_BACK]) / 6;
+    const int32_t third_q4 = (a->turn_counts_q4[PASS_FORWARD] - a->turn_counts_q4[PASS_BACK]) / 6;
     const int32_t off_q4 = q15_abs(q15_abs(field_pass_counts_q4(&a->passing)) - third_q4);
-    a->lost = off_q4 * (a->attempt == 0u ? 10 : 4) >= third_q4 || (a->lost && a->pass == PASS_BACK_LESS);
-    return a->lost && (a->pass == PASS_BACK_LESS || off_q4 >= third_q4);
+    a->lost = off_q4 * (a->attempt == 0u ? 10 : 4) >= third_q4 || (a->lost && a->pass == PASS_BACK_REDUCED);
+    return a->lost && (a->pass == PASS_BACK_REDUCED || off_q4 >= third_q4);
 }
 
 static void alignment_keep_pass(struct alignment *a)
@@ -444,14 +444,14 @@ static void alignment_keep_pass(struct alignment *a)
     const uint32_t mean_q32 = field_pass_mean_q32(&a->passing);
     const uint32_t less = whole_turn(a->pass) ? 0u : 1u;
     if ((a->pass & 1u) == 0u) {
-        a->load.forth_q32[less] = mean_q32;
+        a->load.forward_q32[less] = mean_q32;
     } else {
         a->load.back_q32[less] = mean_q32;
     }
     if (whole_turn(a->pass)) {
         a->turn_counts_q4[a->pass] = field_pass_counts_q4(&a->passing);
         a->turn_v_q_q15[a->pass] = a->passing.sum_v_q_q15;
-        a->even = field_pass_even(&a->passing, EVEN_PARTS[a->attempt]) && (a->pass == PASS_FORTH || a->even);
+        a->even = field_pass_even(&a->passing, EVEN_PARTS[a->attempt]) && (a->pass == PASS_FORWARD || a->even);
     }
 }
 
@@ -465,7 +465,7 @@ static void begin_solve(struct alignment *a, const struct tuning *t)
 
 static bool encoder_fits(const struct alignment *a, const struct tuning *t)
 {
-    const int32_t two_turns_q4 = q15_abs(a->turn_counts_q4[PASS_FORTH] - a->turn_counts_q4[PASS_BACK]);
+    const int32_t two_turns_q4 = q15_abs(a->turn_counts_q4[PASS_FORWARD] - a->turn_counts_q4[PASS_BACK]);
     return encoder_fit(two_turns_q4, t->pole_pairs, t->encoder_counts).verdict == ENCODER_FITS;
 }
 
@@ -476,7 +476,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
     alignment_keep_pass(a);
     if (a->pass == PASS_BACK) {
         against = judge_turns(a, t);
-    } else if (!whole_turn(a->pass) && lost_with_less(a)) {
+    } else if (!whole_turn(a->pass) && lost_at_reduced_current(a)) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
         against = ALIGNMENT_LOAD;
     }
@@ -488,7 +488,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
     }
     if (t->reluctant && a->pass == PASS_BACK) {
         alignment_begin_drop(a, true);
-    } else if (a->pass == PASS_BACK_LESS) {
+    } else if (a->pass == PASS_BACK_REDUCED) {
         begin_solve(a, t);
     } else {
         alignment_begin_pass(a, t, a->pass + 1u);
@@ -505,12 +505,12 @@ static enum alignment_result step_pass(struct alignment *a, volatile struct curr
     return finish_pass(a, t, angle_q32);
 }
 
-bool alignment_load_is_told(struct alignment *a, const struct tuning *t)
+bool load_is_identified(struct alignment *a, const struct tuning *t)
 {
     const uint32_t largest_q32 = load_angle_largest_q32(&a->load);
-    const int32_t most_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
+    const int32_t max_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
     a->detail[0] = (int32_t)(largest_q32 / (DEGREES_45_Q32 / 45));
-    return load_angle_spread_q15(&a->load) <= most_q15 && load_angle_doubt_q32(&a->load) <= DOUBT_Q32 &&
+    return load_angle_spread_q15(&a->load) <= max_q15 && load_angle_uncertainty_q32(&a->load) <= UNCERTAINTY_Q32 &&
            largest_q32 <= (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32);
 }
 
@@ -523,7 +523,7 @@ static enum alignment_result step_solve(struct alignment *a, const struct tuning
         alignment_begin_drop(a, true);
         return ALIGNMENT_RUNNING;
     }
-    if (!alignment_load_is_told(a, t)) {
+    if (!load_is_identified(a, t)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     a->target_q15 = 0;

@@ -13,14 +13,14 @@
 struct row {
     const char *name;
     bool (*measure)(struct identify *d, const struct measure_io *io);
-    enum identify_reason (*think)(struct identify *d);
+    enum identify_reason (*evaluate)(struct identify *d);
     uint8_t needs; /* enum identify_needs */
     uint8_t from;  /* enum identify_quantity: the first that it finds */
 };
 
 #define ROW_OF(NAME, name, text, need, first, last) \
     [IDENTIFY_STEP_## \
-        NAME] = {text, identify_measure_##name, identify_think_##name, IDENTIFY_NEEDS_##need, IDENTIFY_##first},
+        NAME] = {text, identify_measure_##name, identify_evaluate_##name, IDENTIFY_NEEDS_##need, IDENTIFY_##first},
 
 static const struct row identify_script[IDENTIFY_STEPS] = {
     [IDENTIFY_STEP_NONE] = {.name = "none"}, IDENTIFY_SCRIPT(ROW_OF)[IDENTIFY_STEP_DONE] = {.name = "done"}};
@@ -82,13 +82,13 @@ bool identify_step(struct identify *d, const struct measure_io *io)
     if (d->step == IDENTIFY_STEP_DONE) {
         return true;
     }
-    if (d->thinking || d->pausing) {
-        d->pausing = d->thinking || d->total_ms % IDENTIFY_PACE_MS != 0u;
+    if (d->evaluating || d->pausing) {
+        d->pausing = d->evaluating || d->total_ms % IDENTIFY_PACE_MS != 0u;
     } else {
         if (!d->taken) {
             calm(io->loop);
         }
-        d->thinking = d->pausing = identify_measure(d, io);
+        d->evaluating = d->pausing = identify_measure(d, io);
     }
     if (d->pausing) {
         hold_nothing(d, io->loop);
@@ -105,12 +105,12 @@ bool identify_in_rotor_frame(const struct identify *d)
 
 const struct tuning *identify_tuning(const struct identify *d)
 {
-    return d->thinking || d->pausing || !regulates(d) ? &wiring_tuning : &d->tuning;
+    return d->evaluating || d->pausing || !regulates(d) ? &wiring_tuning : &d->tuning;
 }
 
 bool identify_takes_over(const struct identify *d)
 {
-    return d->retuned && !d->thinking && !d->pausing;
+    return d->retuned && !d->evaluating && !d->pausing;
 }
 
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c)
@@ -131,24 +131,24 @@ void identify_leave(struct identify *d)
     d->taken = false;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
-static enum identify_reason think(struct identify *d)
+static enum identify_reason evaluate(struct identify *d)
 {
-    const enum identify_reason end = is_open(d) ? identify_script[d->step].think(d) : IDENTIFY_NO_REASON;
+    const enum identify_reason end = is_open(d) ? identify_script[d->step].evaluate(d) : IDENTIFY_NO_REASON;
     const bool turns = identify_script[d->step + 1u].needs >= IDENTIFY_NEEDS_ENCODER;
     return end == IDENTIFY_NO_REASON && turns && !source_has((uint32_t)d->nominal.angle_source, SOURCE_COUNTS)
                ? IDENTIFY_NO_ENCODER
                : end;
 }
 
-void identify_think(struct identify *d)
+void identify_evaluate(struct identify *d)
 {
-    if (!d->running || !d->thinking) {
-        d->thinking = d->thinking && d->running; /* stopped before it could begin */
+    if (!d->running || !d->evaluating) {
+        d->evaluating = d->evaluating && d->running; /* stopped before it could begin */
         return;
     }
-    const enum identify_reason end = think(d);
+    const enum identify_reason end = evaluate(d);
     if (end != IDENTIFY_NO_REASON) {
         identify_refuse_rest(d, end);
     }
@@ -160,7 +160,7 @@ void identify_think(struct identify *d)
         d->stopped_in = end == IDENTIFY_NO_REASON ? d->step + 1u : d->step;
         d->step = end == IDENTIFY_NO_REASON ? d->step + 1u : IDENTIFY_STEP_DONE;
     }
-    d->thinking = false;
+    d->evaluating = false;
     cpu_irq_restore(mask);
     if (stopped) {
         identify_refuse_rest(d, IDENTIFY_STOPPED);

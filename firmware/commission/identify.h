@@ -29,7 +29,7 @@
 
 /*
  * The script of identify: one line a step, in their order. A new step is one file, with identify_measure_NAME() and
- * identify_think_NAME(), its measurements in union identify_work, and one line here:
+ * identify_evaluate_NAME(), its measurements in union identify_work, and one line here:
  *
  *     NAME, name    of the enum's and the functions
  *     "text"        what console and bus call it
@@ -193,7 +193,7 @@ struct identify_inductance {
 struct identify_turn {
     struct field_pass field;
     struct pendulum rotor;     /* led by the field, not damped by it */
-    int32_t way[2];            /* counts from one turn of the field, forward and back */
+    int32_t travel_counts[2];  /* counts from one turn of the field, forward and back */
     uint32_t field_q32[2];     /* its mean angle */
     int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
     bool uneven, unsteady;     /* does not follow; or not well */
@@ -271,9 +271,9 @@ union identify_work {
 };
 
 struct identify {
-    volatile uint32_t step; /* enum identify_step: the thread advances it while `thinking` */
-    volatile bool thinking; /* the slow loop has measured; the thread's turn */
-    bool pausing;           /* and the next step has not begun: it does on a multiple of IDENTIFY_PACE_MS */
+    volatile uint32_t step;   /* enum identify_step: the thread advances it while `thinking` */
+    volatile bool evaluating; /* the slow loop has measured; the thread's turn */
+    bool pausing;             /* and the next step has not begun: it does on a multiple of IDENTIFY_PACE_MS */
     volatile bool running;
     uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
     uint32_t fault;      /* enum fault that ended it, 0: none */
@@ -302,7 +302,7 @@ struct identify {
     int32_t counts;       /* of the encoder since identify began, or since the last take-over */
     int32_t axis_counts;  /* where the axis was measured */
     uint32_t start_q32;   /* rotor's angle at the first one */
-    int32_t rpm_most;     /* speed limit from now on */
+    int32_t rpm_max;      /* speed limit from now on */
     int32_t ramp_i_q15;   /* current of the ramps; before that of the push: they take it at least */
     int64_t ramp_mrad_s2; /* as it has accelerated */
     int32_t flux_e1_uwb;  /* flux so far, tenths */
@@ -344,7 +344,7 @@ void identify_leave(struct identify *d);
 const struct tuning *identify_tuning(const struct identify *d);
 
 /* Evaluates what has been measured, if anything. Thread, often. */
-void identify_think(struct identify *d);
+void identify_evaluate(struct identify *d);
 
 /* Ends it, by `fault` or (0) by a request. Any context. */
 void identify_stop(struct identify *d, uint32_t fault);

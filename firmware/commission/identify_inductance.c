@@ -112,7 +112,7 @@ bool identify_doubled(const struct measure_axes *m)
     return 3 * identify_root((int64_t)s.re * s.re + (int64_t)s.im * s.im) > s.straight; /* (2 - 1) / (2 + 1) */
 }
 
-enum identify_reason identify_think_axes(struct identify *d)
+enum identify_reason identify_evaluate_axes(struct identify *d)
 {
     const struct identify_axes *const m = &d->work.axes;
     const uint32_t held_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_HELD]);
@@ -168,7 +168,7 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
     const int64_t slots = identify_permille(mean, SLOTS_PERMILLE);
     const int64_t gains = identify_permille(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t others = identify_root(height * height + slots * slots + bound * bound);
-    identify_know(d, what, mean, identify_interval(apart >> 1, gains, others));
+    identify_set(d, what, mean, identify_interval(apart >> 1, gains, others));
 }
 
 /*
@@ -209,7 +209,7 @@ static void turn_to_axes(struct seen *s)
     }
 }
 
-enum identify_reason identify_think_inductance(struct identify *d)
+enum identify_reason identify_evaluate_inductance(struct identify *d)
 {
     struct seen of[] = {look(d, 0), look(d, 1)};
     if (d->reluctant) {

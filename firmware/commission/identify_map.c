@@ -38,17 +38,17 @@
  */
 
 #define MILLION       1000000
-#define COUPLED_MOST  500000 /* millionths: more is no machine */
-#define LEAST_BURSTS  8u
+#define COUPLED_MAX   500000 /* millionths: more is no machine */
+#define MIN_BURSTS    8u
 #define CROSS_BOUND   5   /* thousandths: what angle and slots take for saturation across */
 #define SALIENT_PART  4   /* of the rated current: less of it in d is not worth a point of its own */
 #define LATE_MS       5   /* until a current has turned round */
 #define SWING_MS      80  /* from one speed to the other: so many waves, and some */
 #define LONG_SWING_MS 150 /* of a reluctant machine, until it has come past a phase */
 #define LATE_PART     3
-#define LEAST_PHASE   3  /* in it there is a third of the current that lies along another, or a little more */
+#define MIN_PHASE     3  /* in it there is a third of the current that lies along another, or a little more */
 #define HIDDEN_TENTHS 7  /* of that */
-#define LEAST_PERCENT 28 /* the same, where currents need not lie so near */
+#define MIN_PERCENT   28 /* the same, where currents need not lie so near */
 #define KNEE_PERMILLE 80 /* found on the bench: up to a tenth */
 #define FLUX_PERMILLE 10 /* slots, and iron that has losses */
 #define CROSS_PERCENT 10 /* of what i_q across takes from d's voltage */
@@ -72,7 +72,7 @@ static struct seen see(struct identify *d, const struct identify_map_point *p, u
 {
     const int64_t of_d = across_ppm(&p->sums[0][half]), of_q = across_ppm(&p->sums[1][half]);
     const int64_t coupled = -of_d * of_q / MILLION;
-    const int64_t alone = MILLION - (coupled < 0 ? 0 : coupled < COUPLED_MOST ? coupled : COUPLED_MOST);
+    const int64_t alone = MILLION - (coupled < 0 ? 0 : coupled < COUPLED_MAX ? coupled : COUPLED_MAX);
     d->burst.v_steps = p->v_steps;
     struct seen s = {.cross_ppm = half == 0u ? -of_d : of_d};
     for (int32_t axis = 0; axis < 2; axis++) {
@@ -83,7 +83,7 @@ static struct seen see(struct identify *d, const struct identify_map_point *p, u
 
 static bool was_seen(const struct identify_map_point *p)
 {
-    return p->bursts[0] >= LEAST_BURSTS && p->bursts[1] >= LEAST_BURSTS;
+    return p->bursts[0] >= MIN_BURSTS && p->bursts[1] >= MIN_BURSTS;
 }
 
 /* By how much a wave goes to either side, in Q15 of current. */
@@ -95,9 +95,9 @@ static int64_t wave_q15(const struct identify *d, const struct burst_sums *s)
 /* Where dead time is compensated, and a wave across the current goes through phases within the compensation's knee. */
 static bool is_in_knee(const struct identify *d, const struct identify_map_point *p, uint32_t axis)
 {
-    const int64_t least_q15 = p->i_q_q15 * LEAST_PERCENT / 100;
+    const int64_t min_q15 = p->i_q_q15 * MIN_PERCENT / 100;
     return axis == 0u && p->i_q_q15 > 0 && d->ripple_q10 == 0 &&
-           least_q15 < wave_q15(d, &p->sums[0][0]) + DEADTIME_KNEE_Q15;
+           min_q15 < wave_q15(d, &p->sums[0][0]) + DEADTIME_KNEE_Q15;
 }
 
 /*
@@ -173,7 +173,7 @@ static void know_resistance(struct identify *d)
     if (others * 2 > uohm) {
         return;
     }
-    identify_know(d, IDENTIFY_RESISTANCE, uohm, identify_interval(0, gains, others));
+    identify_set(d, IDENTIFY_RESISTANCE, uohm, identify_interval(0, gains, others));
     d->params.resistance_mohm = (int32_t)(uohm < 1000 ? 1 : scale(uohm, 1, 1000));
 }
 
@@ -185,7 +185,7 @@ static int64_t late_rpm(const struct identify *d)
     return scale(at_rated * LATE_MS, 60LL * 1000, TWO_PI_E9);
 }
 
-enum identify_reason identify_think_along(struct identify *d)
+enum identify_reason identify_evaluate_along(struct identify *d)
 {
     static const int32_t halves[] = {2, 1, 1, 2};
     know_along_axis(d, IDENTIFY_LD_D2_BACK, 0, halves);
@@ -195,8 +195,8 @@ enum identify_reason identify_think_along(struct identify *d)
     }
     /* swings that are long enough; unless it would be far too fast before the current has turned round */
     const int64_t late = late_rpm(d);
-    d->swing_rpm = identify_within(late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS), d->rpm_most);
-    if (d->ramp_mrad_s2 == 0 || late * LATE_PART > d->rpm_most) { /* too few samples: lighter still */
+    d->swing_rpm = identify_within(late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS), d->rpm_max);
+    if (d->ramp_mrad_s2 == 0 || late * LATE_PART > d->rpm_max) { /* too few samples: lighter still */
         identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
     }
     return IDENTIFY_NO_REASON;
@@ -244,7 +244,7 @@ static bool is_hidden(const struct identify *d, const struct identify_map_point 
     }
     const int64_t v_q15 = scale(voltage_mv(d, p), 32768, d->params.v_range_mv);
     const int64_t ripple_q15 = (v_q15 * d->ripple_q10) >> 10;
-    return p->i_q_q15 * HIDDEN_TENTHS < (wave_q15(d, s) + ripple_q15) * 10 * LEAST_PHASE;
+    return p->i_q_q15 * HIDDEN_TENTHS < (wave_q15(d, s) + ripple_q15) * 10 * MIN_PHASE;
 }
 
 static void refuse_hidden(struct identify *d)
@@ -257,7 +257,7 @@ static void refuse_hidden(struct identify *d)
     }
 }
 
-enum identify_reason identify_think_across(struct identify *d)
+enum identify_reason identify_evaluate_across(struct identify *d)
 {
     static const int32_t thirds[] = {1, 2, 3};
     know_along_axis(d, IDENTIFY_LD_Q1, 0, thirds);
@@ -274,12 +274,12 @@ enum identify_reason identify_think_across(struct identify *d)
 /* The interval of a flux of one current: what its gain does to it is in the quantity that is made of both. */
 static void know_torque_flux(struct identify *d, enum identify_quantity what, const struct identify_spread *flux)
 {
-    identify_know(d, what, flux->mean,
-                  identify_interval(flux->deviation, identify_permille(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE),
-                                    identify_permille(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE)));
+    identify_set(d, what, flux->mean,
+                 identify_interval(flux->deviation, identify_permille(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE),
+                                   identify_permille(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE)));
 }
 
-enum identify_reason identify_think_torque(struct identify *d)
+enum identify_reason identify_evaluate_torque(struct identify *d)
 {
     const struct identify_map_point *const p = &d->work.map.at[0];
     struct identify_spread along, across;
@@ -287,14 +287,14 @@ enum identify_reason identify_think_torque(struct identify *d)
         identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
         return IDENTIFY_NO_REASON;
     }
-    identify_know_exactly(d, IDENTIFY_TORQUE_ID, (int32_t)identify_ua(d, p->i_d_q15, 1000));
-    identify_know_exactly(d, IDENTIFY_TORQUE_IQ, (int32_t)identify_ua(d, p->i_q_q15, 1000));
+    identify_set_exact(d, IDENTIFY_TORQUE_ID, (int32_t)identify_ua(d, p->i_d_q15, 1000));
+    identify_set_exact(d, IDENTIFY_TORQUE_IQ, (int32_t)identify_ua(d, p->i_q_q15, 1000));
     know_torque_flux(d, IDENTIFY_TORQUE_FLUX, &along);
     know_torque_flux(d, IDENTIFY_TORQUE_ACROSS, &across);
     const int64_t forth_ppm = see(d, p, 0).cross_ppm, back_ppm = see(d, p, 1).cross_ppm;
-    identify_know(d, IDENTIFY_CROSS, identify_scaled(forth_ppm + back_ppm, 1, 2000),
-                  identify_interval(scale(identify_size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
-                                    scale(identify_size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
+    identify_set(d, IDENTIFY_CROSS, identify_scaled(forth_ppm + back_ppm, 1, 2000),
+                 identify_interval(scale(identify_size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
+                                   scale(identify_size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
     return IDENTIFY_NO_REASON;
 }
 
@@ -311,10 +311,10 @@ enum identify_reason identify_think_torque(struct identify *d)
 #define SUM_MS         128u /* of a reluctant machine's resistance */
 #define ALONG_PART     3    /* of the largest speed */
 #define RELUCTANT_PART 6    /* there a frame that is off by a degree would show in the resistance */
-#define LEAST_WAYS     4u   /* from end to end: a pair of ways with waves, a pair with sums */
+#define MIN_WAYS       4u   /* from end to end: a pair of ways with waves, a pair with sums */
 #define SUM_WAYS       2u
 #define ENOUGH_WAYS    6u
-#define PATIENCE_MS    2500u
+#define TIMEOUT_MS     2500u
 
 /* Of rated current, in twelfths: halves and thirds. */
 #define TWELFTHS 12
@@ -361,7 +361,7 @@ static void next_point(struct identify *d)
 
 static void end_point(struct identify *d, bool done)
 {
-    if (done || d->phase_ms > PATIENCE_MS) {
+    if (done || d->phase_ms > TIMEOUT_MS) {
         next_point(d);
     }
 }
@@ -421,7 +421,7 @@ static void begin_along(struct identify *d)
     d->wave_steps = d->burst.v_steps;
     for (uint32_t k = 0; k < points; k++) {
         (void)begin_point(d, d->i_rated_q15 * along_twelfths[k] / TWELFTHS, 0,
-                          d->rpm_most / (d->reluctant ? RELUCTANT_PART : ALONG_PART));
+                          d->rpm_max / (d->reluctant ? RELUCTANT_PART : ALONG_PART));
     }
 }
 
@@ -438,7 +438,7 @@ bool identify_measure_along(struct identify *d, const struct measure_io *io)
     const uint32_t settle_ms = SETTLE_MS + (d->reluctant ? SUM_MS : 0u);
     const int32_t from_q15 = d->phase == 0u ? 0 : m->at[d->phase - 1u].i_d_q15;
     /* the constant speeds have ended that way round; time counts while it is there */
-    d->phase_ms -= measure_spin(io, -p->rpm, identify_i_most_q15(d)) ? 0u : 1u;
+    d->phase_ms -= measure_spin(io, -p->rpm, identify_i_max_q15(d)) ? 0u : 1u;
     current_loop_ask_d(io->loop, from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS));
     if (d->phase_ms > settle_ms) {
         play(d, p, p->bursts[0] > p->bursts[1] ? 1u : 0u, false, io);
@@ -470,7 +470,7 @@ static void map_turn_round(const struct identify *d, struct identify_map *m, str
     m->way_ms = 0;
     m->ways++;
     if (m->ways > ENOUGH_WAYS && !has_all(p)) {
-        p->rpm = q15_min(p->rpm + p->rpm / 4 + 1, q15_max(p->rpm, d->rpm_most));
+        p->rpm = q15_min(p->rpm + p->rpm / 4 + 1, q15_max(p->rpm, d->rpm_max));
     }
 }
 
@@ -482,18 +482,18 @@ static bool swing(struct identify *d, const struct measure_io *io)
         return true;
     }
     struct identify_map_point *const p = &m->at[d->phase];
-    const int32_t most_q15 = p->rpm * 32768, x_q15 = io->speed->estimate.speed_rpm_q15;
+    const int32_t max_q15 = p->rpm * 32768, x_q15 = io->speed->estimate.speed_rpm_q15;
     measure_push(io, m->sign * p->i_q_q15);
     current_loop_ask_d(io->loop, measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS));
     if (m->way_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
         if (p->fluxes && (m->ways & SUM_WAYS) != 0u) {
             sum_up(p, m->sign, io);
-        } else if (d->ripple_q10 == 0 || q15_abs(x_q15) < most_q15 / 2) {
+        } else if (d->ripple_q10 == 0 || q15_abs(x_q15) < max_q15 / 2) {
             play(d, p, m->sign > 0 ? 0u : 1u, true, io);
         }
     }
     map_turn_round(d, m, p, m->sign * x_q15);
-    end_point(d, (m->ways >= LEAST_WAYS || !p->fluxes) && has_all(p));
+    end_point(d, (m->ways >= MIN_WAYS || !p->fluxes) && has_all(p));
     return false;
 }
 
@@ -514,7 +514,7 @@ bool identify_measure_across(struct identify *d, const struct measure_io *io)
 bool identify_measure_torque(struct identify *d, const struct measure_io *io)
 {
     if (begins(d, io)) {
-        begin_point(d, d->torque_d_q15, d->torque_q_q15, d->rpm_most)->fluxes = true;
+        begin_point(d, d->torque_d_q15, d->torque_q_q15, d->rpm_max)->fluxes = true;
     }
     if (!swing(d, io)) {
         return false;
@@ -522,5 +522,5 @@ bool identify_measure_torque(struct identify *d, const struct measure_io *io)
     if (d->phase_ms == 1u) {
         speed_loop_reset(io->speed, 0);
     }
-    return identify_stop_rotor(d, io, PATIENCE_MS);
+    return identify_stop_rotor(d, io, TIMEOUT_MS);
 }

@@ -6,8 +6,8 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define ONE_Q30       (1LL << 30)
-#define LEAST_SAMPLES 6
+#define ONE_Q30     (1LL << 30)
+#define MIN_SAMPLES 6
 
 int32_t identify_within(int64_t value, int64_t most)
 {
@@ -108,7 +108,7 @@ int64_t identify_torque_nnm(const struct identify *d, int64_t flux_e1_uwb, int64
 int64_t identify_slope_mrad_s2(const struct measure_run *r)
 {
     const int64_t n = r->count;
-    if (n < LEAST_SAMPLES) {
+    if (n < MIN_SAMPLES) {
         return 0;
     }
     const int64_t above_q9 = 2 * r->tx - (n - 1) * r->x;
@@ -124,7 +124,7 @@ int64_t identify_bent_permille(const struct measure_run *r)
     const int64_t n = r->count;
     const int64_t above_q9 = identify_size(2 * r->tx - (n - 1) * r->x);
     const int64_t grown_q9 = scale(above_q9, 6, n * (n + 1));
-    if (n < LEAST_SAMPLES || grown_q9 == 0) {
+    if (n < MIN_SAMPLES || grown_q9 == 0) {
         return 1000;
     }
     const int64_t straight_q18 = scale(above_q9, grown_q9, 2 * (n - 1));
@@ -138,7 +138,7 @@ int64_t identify_flux_of_runs(const struct identify *d, const struct measure_run
     int64_t xv_q12 = 0, xx = 0;
     for (int32_t k = 0; k < count; k++) {
         const struct measure_run *const r = runs[k];
-        if (r->count >= LEAST_SAMPLES) {
+        if (r->count >= MIN_SAMPLES) {
             xv_q12 += (r->xv - identify_scaled(r->x, r->v, r->count)) * 4096;
             xx += r->xx - identify_scaled(r->x, r->x, r->count);
         }
@@ -155,7 +155,7 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
                               const struct measure_run *b)
 {
     const int64_t apart_mrad_s2 = identify_slope_mrad_s2(a) - identify_slope_mrad_s2(b);
-    if (apart_mrad_s2 == 0 || a->count < LEAST_SAMPLES || b->count < LEAST_SAMPLES) {
+    if (apart_mrad_s2 == 0 || a->count < MIN_SAMPLES || b->count < MIN_SAMPLES) {
         return 0;
     }
     const int64_t apart_ua = identify_ua(d, a->i, a->count) - identify_ua(d, b->i, b->count);
@@ -167,15 +167,15 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
 
 /* What identify knows and refuses, and what becomes a parameter of it. */
 
-#define CROSS_MOST_PM 249 /* as cross_pm takes it */
+#define CROSS_MAX_PM 249 /* as cross_pm takes it */
 
-void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
+void identify_set(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
 {
     d->results[what] = (struct identify_result){
         .state = IDENTIFY_KNOWN, .value = (int32_t)value, .interval = (int32_t)(interval < 1 ? 1 : interval)};
 }
 
-void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value)
+void identify_set_exact(struct identify *d, enum identify_quantity what, int32_t value)
 {
     d->results[what] = (struct identify_result){.state = IDENTIFY_KNOWN, .value = value};
 }
@@ -234,7 +234,7 @@ static uint32_t use_torque(const struct identify *d, struct params *p)
     const int64_t more_e1_uwb = (int64_t)r[IDENTIFY_TORQUE_FLUX].value - r[IDENTIFY_FLUX].value;
     return results_put(&p->ld_apparent_uh, apparent_uh(sign * more_e1_uwb, sign * i_d_ma)) +
            results_put(&p->lq_apparent_uh, apparent_uh(r[IDENTIFY_TORQUE_ACROSS].value, r[IDENTIFY_TORQUE_IQ].value)) +
-           results_put(&p->cross_pm, q15_clamp(r[IDENTIFY_CROSS].value, -CROSS_MOST_PM, CROSS_MOST_PM));
+           results_put(&p->cross_pm, q15_clamp(r[IDENTIFY_CROSS].value, -CROSS_MAX_PM, CROSS_MAX_PM));
 }
 
 /* Where reluctance outweighs the magnets the loops go by what the rated current leaves, and by that without one. */
@@ -263,7 +263,7 @@ uint32_t identify_use(const struct identify *d, struct params *p)
 /* With these the speed loop's numbers fit their formats, whatever the inverter is; nothing runs by them. */
 #define FLUX_HZ          400 /* at which the bus voltage would be induced */
 #define INERTIA_PART     700 /* gmm2 by uWb times mA */
-#define INERTIA_MOST     2100000000
+#define INERTIA_MAX      2100000000
 #define INDUCTANCE_PARTS 63 /* tuning.h: w_base L below 64 v_range / i_range */
 #define RELUCTANT_PARTS \
     15 /* the large one, known without current, falls several times with it: loops would be too fast */
@@ -312,7 +312,7 @@ enum identify_reason identify_tune_turning(struct identify *d, enum identify_rea
     return IDENTIFY_NO_REASON;
 }
 
-void identify_retake(struct identify *d)
+void identify_replace(struct identify *d)
 {
     d->ripple_q10 = d->tuning.ripple_q10;
     d->retuned = true;
@@ -328,7 +328,7 @@ void identify_forget_motor(struct params *p)
     p->ld_uh = p->lq_uh = identify_within(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
     p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = p->cross_pm = 0;
     p->flux_uwb = (int32_t)scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ); /* 0.8 Wb at most */
-    p->inertia_gmm2 = identify_within(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MOST);
+    p->inertia_gmm2 = identify_within(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MAX);
     p->i_max_ma = identify_within(p->i_rated_ma, trip_ma);
     p->i_align_ma = p->i_max_ma;
     p->pwm_update = PWM_UPDATE_VALLEY;

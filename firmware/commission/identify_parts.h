@@ -12,7 +12,7 @@
  */
 #define IDENTIFY_HALVES_OF(NAME, name, ...) \
     bool identify_measure_##name(struct identify *d, const struct measure_io *io); \
-    enum identify_reason identify_think_##name(struct identify *d);
+    enum identify_reason identify_evaluate_##name(struct identify *d);
 IDENTIFY_SCRIPT(IDENTIFY_HALVES_OF)
 
 /* A millisecond of the present step. Slow loop. */
@@ -34,7 +34,7 @@ static inline int32_t identify_tenths_q15(const struct identify *d, int32_t tent
 }
 
 /* The largest current for turning the rotor; the rest is left to the loops. */
-static inline int32_t identify_i_most_q15(const struct identify *d)
+static inline int32_t identify_i_max_q15(const struct identify *d)
 {
     return identify_tenths_q15(d, 8);
 }
@@ -50,8 +50,8 @@ bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, 
 
 /* ---- results: thread (identify_numbers.c) ---- */
 
-void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval);
-void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value);
+void identify_set(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval);
+void identify_set_exact(struct identify *d, enum identify_quantity what, int32_t value);
 void identify_refuse(struct identify *d, enum identify_quantity from, enum identify_quantity to,
                      enum identify_reason reason);
 
@@ -143,6 +143,6 @@ enum identify_reason identify_tune(struct identify *d, int32_t hz);
 enum identify_reason identify_tune_turning(struct identify *d, enum identify_reason otherwise);
 
 /* Puts the same tuning into effect again, in a corrected frame. */
-void identify_retake(struct identify *d);
+void identify_replace(struct identify *d);
 
 #endif

@@ -13,9 +13,9 @@
 
 #define THIRD_Q32   0x55555555u
 #define FIRST_STEPS (CONFIG_BUS_STEPS / 1024)
-#define MOST_STEPS  (CONFIG_BUS_STEPS / 4)
+#define MAX_STEPS   (CONFIG_BUS_STEPS / 4)
 #define PULSES_EACH 4u
-#define LEAST_Q15   24 /* one and a half of the ADC's steps, of the mean of many */
+#define MIN_Q15     24 /* one and a half of the ADC's steps, of the mean of many */
 #define RATED_PART  12
 /* Near what dead time takes, small inductances look as if they were salient: thrice that, or a quarter of the rated current. */
 #define BEYOND_STEPS (CONFIG_DEAD_COUNTS * 3 / 2 << CONFIG_V_SHIFT)
@@ -28,18 +28,18 @@
 #define HOLD_MEAN_MS 64u
 
 /* Of the resistance: crossover, and how long each step of current is waited for: longer where the iron is slow. */
-#define REGULATE_HZ     250
-#define LEAST_SETTLE_MS 10
-#define MOST_SETTLE_MS  60
+#define REGULATE_HZ   250
+#define MIN_SETTLE_MS 10
+#define MAX_SETTLE_MS 60
 
-#define MOST_UH   1000000
-#define MOST_MOHM 100000
+#define MAX_UH   1000000
+#define MAX_MOHM 100000
 
 /* ---- pulses ---- */
 
 static bool rough_grow(struct burst *b)
 {
-    if (b->v_steps * 2 <= MOST_STEPS) {
+    if (b->v_steps * 2 <= MAX_STEPS) {
         b->v_steps *= 2;
         return true;
     }
@@ -95,11 +95,11 @@ static bool is_reluctant(const struct identify_pulses *m)
     return identify_doubled(&axes);
 }
 
-enum identify_reason identify_think_pulses(struct identify *d)
+enum identify_reason identify_evaluate_pulses(struct identify *d)
 {
     const struct identify_pulses *const m = &d->work.pulses;
     const int64_t change = change_256ths(m);
-    if (change < LEAST_Q15 * 256 / 4) {
+    if (change < MIN_Q15 * 256 / 4) {
         identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_LQ, IDENTIFY_NO_CURRENT);
         return IDENTIFY_STOPPED;
     }
@@ -108,10 +108,10 @@ enum identify_reason identify_think_pulses(struct identify *d)
     /* L = U Ts / change */
     const int64_t l_uh =
         scale(identify_wave_uv(d, &m->sums[0]), 1000000000LL / CONFIG_PWM_HZ, identify_change_na(d, change));
-    d->params.ld_uh = d->params.lq_uh = identify_within(l_uh, MOST_UH);
+    d->params.ld_uh = d->params.lq_uh = identify_within(l_uh, MAX_UH);
     /* ki / kp = w / HOLD_ZERO: as if R were L times so much */
     d->params.resistance_mohm =
-        identify_within(scale(d->params.ld_uh, 6283LL * HOLD_HZ / HOLD_ZERO, 1000000), MOST_MOHM);
+        identify_within(scale(d->params.ld_uh, 6283LL * HOLD_HZ / HOLD_ZERO, 1000000), MAX_MOHM);
     return identify_tune(d, HOLD_HZ);
 }
 
@@ -133,7 +133,7 @@ bool identify_measure_hold(struct identify *d, const struct measure_io *io)
     return d->ms == SETTLE_MS + HOLD_MEAN_MS;
 }
 
-enum identify_reason identify_think_hold(struct identify *d)
+enum identify_reason identify_evaluate_hold(struct identify *d)
 {
     const struct identify_hold *const m = &d->work.hold;
     if (m->v_sum <= 0 || m->i_sum_q15 < m->count * (d->i_rated_q15 / 4)) {
@@ -145,9 +145,9 @@ enum identify_reason identify_think_hold(struct identify *d)
     /* the loop's zero at a quarter of its crossover, or where the winding's own is: so nothing lasts longer than this */
     const int64_t quick_mohm = scale(d->params.ld_uh, 6283LL * REGULATE_HZ / 4, 1000000);
     const int64_t tau_ms = scale(d->params.ld_uh, 1, r_mohm < 1 ? 1 : r_mohm);
-    d->rough_mohm = (int32_t)(r_mohm < MOST_MOHM ? r_mohm : MOST_MOHM);
-    d->params.resistance_mohm = identify_within(r_mohm > quick_mohm ? r_mohm : quick_mohm, MOST_MOHM);
-    d->settle_ms = LEAST_SETTLE_MS + (uint32_t)(tau_ms < MOST_SETTLE_MS ? tau_ms : MOST_SETTLE_MS);
+    d->rough_mohm = (int32_t)(r_mohm < MAX_MOHM ? r_mohm : MAX_MOHM);
+    d->params.resistance_mohm = identify_within(r_mohm > quick_mohm ? r_mohm : quick_mohm, MAX_MOHM);
+    d->settle_ms = MIN_SETTLE_MS + (uint32_t)(tau_ms < MAX_SETTLE_MS ? tau_ms : MAX_SETTLE_MS);
     return identify_tune(d, REGULATE_HZ);
 }
 
@@ -173,12 +173,12 @@ enum identify_reason identify_think_hold(struct identify *d)
 #define MEAN_MS   10u
 
 /* Shorted windings brake a rotor that swung about the first current, until it has rested so long; and for how long at most. */
-#define BRAKE_MS      400u
-#define BRAKE_MOST_MS 4000u
+#define BRAKE_MS     400u
+#define BRAKE_MAX_MS 4000u
 
 /* Of the levels, and of the ADC's steps in the smallest that is used. */
 #define FIRST_LEVEL 2
-#define LEAST_LSB   8
+#define MIN_LSB     8
 
 /* Encoder counts that a rotor at rest may move in total. */
 #define DRIFT_COUNTS 16
@@ -249,7 +249,7 @@ static bool resistance_rests(struct identify *d)
         d->work.resistance.from = d->counts;
         identify_enter(d, d->phase);
     }
-    return d->phase_ms >= BRAKE_MS || d->ms >= BRAKE_MOST_MS;
+    return d->phase_ms >= BRAKE_MS || d->ms >= BRAKE_MAX_MS;
 }
 
 bool identify_measure_resistance(struct identify *d, const struct measure_io *io)
@@ -358,9 +358,9 @@ static void know(struct identify *d, const struct ways *r, const struct ways *de
     const int64_t gain = identify_permille(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE);
     const int64_t bus = identify_permille(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t gains = identify_root(gain * gain + bus * bus);
-    identify_know(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
-    identify_know(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
-                  identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
+    identify_set(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
+    identify_set(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
+                 identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
     d->params.resistance_mohm = identify_within(scale(r->mean.mean, 1, 1000), 100000);
 }
 
@@ -375,7 +375,7 @@ static enum identify_reason resistance_judge(struct identify *d)
     if (d->reluctant) {
         return IDENTIFY_TURNED;
     }
-    if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
+    if (current_q15(d, FIRST_LEVEL) < MIN_LSB * BOARD_ADC_Q15_PER_CODE) {
         return IDENTIFY_RATED_SMALL;
     }
     struct solution s;
@@ -391,7 +391,7 @@ static enum identify_reason resistance_judge(struct identify *d)
     return IDENTIFY_NO_REASON;
 }
 
-enum identify_reason identify_think_resistance(struct identify *d)
+enum identify_reason identify_evaluate_resistance(struct identify *d)
 {
     if (!d->reluctant && resistance_driven(&d->work.resistance)) {
         return IDENTIFY_LOADED;

@@ -10,13 +10,13 @@
  * friction. The flux that makes the torque is that of this current, from the voltage over the speed of these very ramps.
  */
 
-#define RAMPS_PATIENCE_MS 5000u
-#define SLOW_TENTHS       2 /* of the largest speed: between these two a run is taken */
-#define FAST_TENTHS       9
-#define FEW_RAMPS         4 /* of a reluctant machine, whose ramps are long */
-#define PAIRS_MOST        (IDENTIFY_RAMPS - 1)
-#define LEAD_MS           300u
-#define LEAST_E1_UWB      100
+#define RAMPS_TIMEOUT_MS 5000u
+#define SLOW_TENTHS      2 /* of the largest speed: between these two a run is taken */
+#define FAST_TENTHS      9
+#define FEW_RAMPS        4 /* of a reluctant machine, whose ramps are long */
+#define PAIRS_MAX        (IDENTIFY_RAMPS - 1)
+#define LEAD_MS          300u
+#define MIN_E1_UWB       100
 
 #define FRAME_MRAD 60 /* 3.4 degrees */
 
@@ -35,14 +35,14 @@ static void accelerate(struct identify *d, const struct measure_io *io)
 {
     struct identify_ramps *const m = &d->work.ramps;
     const int32_t sign = d->phase % 2u == 0u ? 1 : -1;
-    const int32_t most_q15 = d->rpm_most * 32768;
+    const int32_t max_q15 = d->rpm_max * 32768;
     const int32_t x_q15 = io->speed->estimate.speed_rpm_q15 * sign;
-    const int32_t slow_q15 = most_q15 / 10 * SLOW_TENTHS, fast_q15 = most_q15 / 10 * FAST_TENTHS;
+    const int32_t slow_q15 = max_q15 / 10 * SLOW_TENTHS, fast_q15 = max_q15 / 10 * FAST_TENTHS;
     measure_push(io, sign * d->ramp_i_q15);
     if (q15_abs(x_q15) > slow_q15 && q15_abs(x_q15) < fast_q15) {
         measure_run_add(x_q15 > 0 ? &m->gains[d->phase] : &m->slows[d->phase], io, io->loop->v_q_q15);
     }
-    if (x_q15 >= most_q15) {
+    if (x_q15 >= max_q15) {
         identify_enter(d, d->phase + 1u);
         speed_loop_reset(io->speed, 0);
     }
@@ -58,7 +58,7 @@ static bool ramps_lead(struct identify *d, const struct measure_io *io)
     if (!d->reluctant || m->led_ms >= LEAD_MS) {
         return true;
     }
-    m->led_ms = measure_spin(io, -d->rpm_most, identify_i_most_q15(d)) ? m->led_ms + 1u : 0u;
+    m->led_ms = measure_spin(io, -d->rpm_max, identify_i_max_q15(d)) ? m->led_ms + 1u : 0u;
     return false;
 }
 
@@ -66,13 +66,13 @@ bool identify_measure_ramps(struct identify *d, const struct measure_io *io)
 {
     identify_correct_offset(d, io);
     if (!ramps_lead(d, io)) {
-        return d->phase_ms > RAMPS_PATIENCE_MS;
+        return d->phase_ms > RAMPS_TIMEOUT_MS;
     }
     if (d->phase == ramps(d)) {
-        return identify_stop_rotor(d, io, RAMPS_PATIENCE_MS);
+        return identify_stop_rotor(d, io, RAMPS_TIMEOUT_MS);
     }
     accelerate(d, io);
-    return d->phase_ms > RAMPS_PATIENCE_MS;
+    return d->phase_ms > RAMPS_TIMEOUT_MS;
 }
 
 /* ---- evaluation ---- */
@@ -108,8 +108,8 @@ static enum identify_reason ramps_know_flux(struct identify *d)
         of[k] = flux_e1_uwb(d, &m->slows[k], &m->gains[k]);
     }
     const struct identify_spread flux = identify_spread(of + first, (int32_t)(ramps(d) - first));
-    if (flux.mean < LEAST_E1_UWB || identify_scatters(&flux)) {
-        return flux.mean < LEAST_E1_UWB ? IDENTIFY_TOO_SLOW : IDENTIFY_SCATTER;
+    if (flux.mean < MIN_E1_UWB || identify_scatters(&flux)) {
+        return flux.mean < MIN_E1_UWB ? IDENTIFY_TOO_SLOW : IDENTIFY_SCATTER;
     }
     d->flux_e1_uwb = (int32_t)flux.mean;
     /* what saturation takes of it grows with the square of the current across */
@@ -117,14 +117,14 @@ static enum identify_reason ramps_know_flux(struct identify *d)
                                   (int64_t)d->i_rated_q15 * d->i_rated_q15);
     const int64_t gain_e1_uwb = identify_permille(flux.mean, IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t iron_e1_uwb = scale(flux.mean, squared, 1000000) + salient_e1_uwb(d);
-    identify_know(d, IDENTIFY_FLUX, flux.mean, identify_interval(flux.deviation, gain_e1_uwb, iron_e1_uwb));
+    identify_set(d, IDENTIFY_FLUX, flux.mean, identify_interval(flux.deviation, gain_e1_uwb, iron_e1_uwb));
     return IDENTIFY_NO_REASON;
 }
 
 static void know_inertia(struct identify *d)
 {
     const struct identify_ramps *const m = &d->work.ramps;
-    int64_t of[PAIRS_MOST], bent_permille = 0;
+    int64_t of[PAIRS_MAX], bent_permille = 0;
     const int32_t pairs = (int32_t)ramps(d) - 1;
     for (int32_t k = 0; k < pairs; k++) {
         bent_permille += identify_bent_permille(&m->gains[k]) + identify_bent_permille(&m->slows[k + 1]);
@@ -150,12 +150,12 @@ static void know_inertia(struct identify *d)
             bent > late && bent > inertia.deviation ? IDENTIFY_SWINGS : IDENTIFY_SCATTER;
         identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_INERTIA, against);
     } else {
-        identify_know(d, IDENTIFY_INERTIA, inertia.mean, interval);
+        identify_set(d, IDENTIFY_INERTIA, inertia.mean, interval);
     }
     d->params.inertia_gmm2 = (int32_t)inertia.mean;
 }
 
-enum identify_reason identify_think_ramps(struct identify *d)
+enum identify_reason identify_evaluate_ramps(struct identify *d)
 {
     const enum identify_reason against = d->phase < ramps(d) ? IDENTIFY_LOADED : ramps_know_flux(d);
     d->ramp_mrad_s2 = identify_slope_mrad_s2(&d->work.ramps.gains[0]);
@@ -173,23 +173,23 @@ enum identify_reason identify_think_ramps(struct identify *d)
  * gives a first flux and a first inertia for regulating the speed.
  */
 
-#define EMF_PART      25 /* of the bus */
-#define EMF_SHIFT     3
-#define ARRIVED_PART  16 /* of the rated current */
-#define ARRIVE_MS     3u
-#define GROW_MS       1000
-#define PUSH_MOST_MS  3000u
-#define LEAST_TENTHS  2 /* of the rated current */
-#define RAMP_TENTHS   4
-#define STEEP_TENTHS  7 /* of a reluctant machine, whose ramps are long */
-#define TIMES_HALVES  3 /* of what the first motion took */
-#define REST_MS       50u
-#define INERTIA_LEAST 1
+#define EMF_PART     25 /* of the bus */
+#define EMF_SHIFT    3
+#define ARRIVED_PART 16 /* of the rated current */
+#define ARRIVE_MS    3u
+#define GROW_MS      1000
+#define PUSH_MAX_MS  3000u
+#define MIN_TENTHS   2 /* of the rated current */
+#define RAMP_TENTHS  4
+#define STEEP_TENTHS 7 /* of a reluctant machine, whose ramps are long */
+#define TIMES_HALVES 3 /* of what the first motion took */
+#define REST_MS      50u
+#define INERTIA_MIN  1
 
 enum push_phase {
     PUSH_GROW,
     PUSH_BACK,
-    PUSH_FORTH,
+    PUSH_FORWARD,
     PUSH_STOP,
     PUSH_REST,
 };
@@ -206,25 +206,25 @@ static int32_t follow_emf(const struct identify *d, struct identify_push *m, con
 
 static void push_grow(struct identify *d, struct identify_push *m, const struct measure_io *io, bool arrived)
 {
-    const int32_t i_most_q15 = identify_i_most_q15(d);
-    m->i_q15 = measure_ramp(i_most_q15, d->phase_ms, GROW_MS);
+    const int32_t i_max_q15 = identify_i_max_q15(d);
+    m->i_q15 = measure_ramp(i_max_q15, d->phase_ms, GROW_MS);
     measure_push(io, m->i_q15);
     if (arrived) {
-        m->i_q15 = q15_clamp(m->i_q15 * TIMES_HALVES / 2, identify_tenths_q15(d, LEAST_TENTHS), i_most_q15);
+        m->i_q15 = q15_clamp(m->i_q15 * TIMES_HALVES / 2, identify_tenths_q15(d, MIN_TENTHS), i_max_q15);
         identify_enter(d, PUSH_BACK);
     }
 }
 
 /* A run is what lies between half of the largest speed one way and all of it the other. */
 static void push(struct identify *d, struct identify_push *m, const struct measure_io *io, int32_t emf_q15,
-                 int32_t most_q15)
+                 int32_t max_q15)
 {
     const int32_t sign = d->phase == PUSH_BACK ? -1 : 1;
     measure_push(io, sign * m->i_q15);
-    if (emf_q15 * sign > -most_q15 / 2) {
+    if (emf_q15 * sign > -max_q15 / 2) {
         measure_run_add(&m->run[d->phase - PUSH_BACK], io, io->loop->v_q_q15);
     }
-    if (emf_q15 * sign >= most_q15) {
+    if (emf_q15 * sign >= max_q15) {
         identify_enter(d, d->phase + 1u);
     }
 }
@@ -232,15 +232,15 @@ static void push(struct identify *d, struct identify_push *m, const struct measu
 bool identify_measure_push(struct identify *d, const struct measure_io *io)
 {
     struct identify_push *const m = &d->work.push;
-    const int32_t emf_q15 = follow_emf(d, m, io), most_q15 = io->loop->vbus_q15 / EMF_PART;
+    const int32_t emf_q15 = follow_emf(d, m, io), max_q15 = io->loop->vbus_q15 / EMF_PART;
     identify_correct_offset(d, io);
     switch (d->phase) {
     case PUSH_GROW:
-        push_grow(d, m, io, emf_q15 >= most_q15);
+        push_grow(d, m, io, emf_q15 >= max_q15);
         break;
     case PUSH_BACK:
-    case PUSH_FORTH:
-        push(d, m, io, emf_q15, most_q15);
+    case PUSH_FORWARD:
+        push(d, m, io, emf_q15, max_q15);
         break;
     case PUSH_STOP:
         measure_push(io, -m->i_q15);
@@ -253,7 +253,7 @@ bool identify_measure_push(struct identify *d, const struct measure_io *io)
         measure_push(io, 0);
         return d->phase_ms > REST_MS;
     }
-    return d->phase_ms > PUSH_MOST_MS;
+    return d->phase_ms > PUSH_MAX_MS;
 }
 
 /* ---- evaluation ---- */
@@ -267,20 +267,20 @@ static int32_t pushed_rpm(const struct identify *d)
     return identify_within(rpm, d->params.speed_max_rpm);
 }
 
-enum identify_reason identify_think_push(struct identify *d)
+enum identify_reason identify_evaluate_push(struct identify *d)
 {
     const struct identify_push *const m = &d->work.push;
     const struct measure_run *const runs[] = {&m->run[0], &m->run[1]};
     const int64_t flux = d->phase == PUSH_REST ? identify_flux_of_runs(d, runs, 2) : 0;
     const int64_t inertia = flux > 0 ? identify_inertia_gmm2(d, flux, runs[1], runs[0]) : 0;
-    if (flux < 100 || inertia < INERTIA_LEAST) {
+    if (flux < 100 || inertia < INERTIA_MIN) {
         return IDENTIFY_NOT_PUSHED;
     }
     d->flux_e1_uwb = (int32_t)flux;
     d->ramp_i_q15 = m->i_q15;
     d->params.flux_uwb = identify_within(scale(flux, 1, 10), 10000000);
     d->params.inertia_gmm2 = identify_within(inertia, 2100000000);
-    d->rpm_most = pushed_rpm(d);
+    d->rpm_max = pushed_rpm(d);
     /* as steep as so much of the rated current accelerates */
     const int64_t torque_nnm = identify_torque_nnm(
         d, flux, d->params.i_rated_ma * (1000LL / 10 * (d->reluctant ? STEEP_TENTHS : RAMP_TENTHS)));
@@ -306,7 +306,7 @@ enum identify_reason identify_think_push(struct identify *d)
 #define HALF_MS       (BLOCK_MS * IDENTIFY_BLOCKS / 2u)
 #define TURN_ROUND_MS 100u /* until the speed has settled after i_d changed its sign */
 #define ALONG_TENTHS  4    /* of the rated current */
-#define PATIENCE_MS   4000u
+#define TIMEOUT_MS    4000u
 #define SLOW_PART     3
 #define PAIRS         (IDENTIFY_BLOCKS / 2)
 #define STEP_PARTS    3
@@ -317,8 +317,8 @@ enum identify_reason identify_think_push(struct identify *d)
 #define OFFSET_BOUND 50
 
 enum {
-    SLOW_FORTH,
-    FAST_FORTH,
+    SLOW_FORWARD,
+    FAST_FORWARD,
     FAST_BACK,
     SLOW_BACK,
 };
@@ -327,8 +327,8 @@ enum {
 
 static int32_t target_rpm(const struct identify *d)
 {
-    const int32_t slow_rpm = q15_max(d->rpm_most / SLOW_PART, 1);
-    const int32_t rpm = d->phase == SLOW_FORTH || d->phase == SLOW_BACK ? slow_rpm : d->rpm_most;
+    const int32_t slow_rpm = q15_max(d->rpm_max / SLOW_PART, 1);
+    const int32_t rpm = d->phase == SLOW_FORWARD || d->phase == SLOW_BACK ? slow_rpm : d->rpm_max;
     return d->phase >= FAST_BACK ? -rpm : rpm;
 }
 
@@ -343,7 +343,7 @@ static int32_t along_q15(const struct identify *d)
 static bool settled(struct identify *d, const struct measure_io *io)
 {
     struct identify_speeds *const m = &d->work.speeds;
-    const bool there = measure_spin(io, target_rpm(d), identify_i_most_q15(d));
+    const bool there = measure_spin(io, target_rpm(d), identify_i_max_q15(d));
     current_loop_ask_d(io->loop, along_q15(d));
     m->settled_ms = there ? m->settled_ms + 1u : 0u;
     m->waited_ms = there ? 0u : m->waited_ms + 1u;
@@ -376,10 +376,10 @@ bool identify_measure_speeds(struct identify *d, const struct measure_io *io)
         encoder_clear(&io->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     const bool calm = settled(d, io);
-    if (d->phase <= FAST_FORTH && measure_index(io, &m->index)) {
+    if (d->phase <= FAST_FORWARD && measure_index(io, &m->index)) {
         m->index_seen = true;
     }
-    if (m->waited_ms > PATIENCE_MS) {
+    if (m->waited_ms > TIMEOUT_MS) {
         measure_push(io, 0);
         return true;
     }
@@ -435,8 +435,8 @@ static struct ahead ahead_of(const struct identify *d, const struct identify_poi
 static void know_offset(struct identify *d)
 {
     const struct identify_speeds *const m = &d->work.speeds;
-    const struct ahead fast = ahead_of(d, &m->points[FAST_FORTH], &m->points[FAST_BACK]);
-    const struct ahead slow = ahead_of(d, &m->points[SLOW_FORTH], &m->points[SLOW_BACK]);
+    const struct ahead fast = ahead_of(d, &m->points[FAST_FORWARD], &m->points[FAST_BACK]);
+    const struct ahead slow = ahead_of(d, &m->points[SLOW_FORWARD], &m->points[SLOW_BACK]);
     d->ahead_q32 = (uint32_t)identify_scaled(fast.e2_deg, 1LL << 32, 36000);
     if (!d->indexed) {
         return; /* refused */
@@ -449,8 +449,8 @@ static void know_offset(struct identify *d)
     const int64_t apart = fast.e2_deg - slow.e2_deg;
     const int64_t bound = identify_root(OFFSET_BOUND * OFFSET_BOUND + apart * apart);
     const int64_t count_e2_deg = scale(36000, d->params.pole_pairs, d->params.encoder_counts);
-    identify_know(d, IDENTIFY_OFFSET, (int32_t)scale(at_q32, 36000, 1LL << 32) % 36000,
-                  identify_interval(identify_scaled(fast.cross_e2_deg, 1, 5), bound, count_e2_deg));
+    identify_set(d, IDENTIFY_OFFSET, (int32_t)scale(at_q32, 36000, 1LL << 32) % 36000,
+                 identify_interval(identify_scaled(fast.cross_e2_deg, 1, 5), bound, count_e2_deg));
 }
 
 /* ---- friction: what is measured at one speed, both ways ---- */
@@ -503,7 +503,7 @@ static void know_if_resolved(struct identify *d, enum identify_quantity what, in
     if (2 * interval > value) {
         identify_refuse(d, what, what, IDENTIFY_UNRESOLVED);
     } else {
-        identify_know(d, what, value, interval);
+        identify_set(d, what, value, interval);
     }
 }
 
@@ -545,10 +545,10 @@ static void refuse_loaded(struct identify *d)
     identify_refuse_rest(d, IDENTIFY_LOADED);
 }
 
-enum identify_reason identify_think_speeds(struct identify *d)
+enum identify_reason identify_evaluate_speeds(struct identify *d)
 {
     const struct identify_point *const p = d->work.speeds.points;
-    const struct both_ways slow = {&p[SLOW_FORTH], &p[SLOW_BACK]}, fast = {&p[FAST_FORTH], &p[FAST_BACK]};
+    const struct both_ways slow = {&p[SLOW_FORWARD], &p[SLOW_BACK]}, fast = {&p[FAST_FORWARD], &p[FAST_BACK]};
     if (d->phase < IDENTIFY_POINTS) {
         identify_refuse_rest(d, IDENTIFY_LOADED);
         return IDENTIFY_NO_REASON;
@@ -559,6 +559,6 @@ enum identify_reason identify_think_speeds(struct identify *d)
     } else if (d->indexed) {
         know_friction(d, slow, fast);
     }
-    identify_retake(d);
+    identify_replace(d);
     return IDENTIFY_NO_REASON;
 }

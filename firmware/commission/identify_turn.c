@@ -20,7 +20,7 @@
 #define RISE_MS        300
 #define HOLD_MS        450u
 #define RELUCTANT_PART 2 /* of the rated current: enough for reluctance to hold the rotor, off the magnets' axis */
-#define LEAST_COUNTS   4
+#define MIN_COUNTS     4
 #define QUARTER_Q32    (1 << 30)
 #define APART_ONE_IN   10
 #define EVEN_PART      3 /* of a third's way, by which another may differ; */
@@ -32,7 +32,7 @@
 
 /* Largest speed that check_limits() in tuning.c accepts. */
 #define OVERSPEED_E_RPM ((int32_t)(60LL * CONFIG_SPEED_BASE_HZ * 95 / 100))
-#define OVERSPEED_MOST  32000
+#define OVERSPEED_MAX   32000
 
 static void begin_pass(const struct identify *d, struct field_pass *p)
 {
@@ -47,7 +47,7 @@ static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
     const struct field_pass *const p = &m->field;
     const int32_t n = (int32_t)p->measure_ms;
     const int32_t sum = p->sum_counts[0] + p->sum_counts[1] + p->sum_counts[2];
-    m->way[pass] = field_pass_counts_q4(p) / 16;
+    m->travel_counts[pass] = field_pass_counts_q4(p) / 16;
     m->uneven = m->uneven || !field_pass_even(p, EVEN_PART);
     m->unsteady = m->unsteady || !field_pass_even(p, STEADY_PART);
     m->field_q32[pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
@@ -72,7 +72,7 @@ bool identify_measure_turn(struct identify *d, const struct measure_io *io)
         pendulum_start(&m->rotor, RAMP_MS, 0, PULLED_Q32);
         begin_pass(d, &m->field);
     }
-    const int32_t pull_q15 = d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_most_q15(d);
+    const int32_t pull_q15 = d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_max_q15(d);
     const int32_t i_q15 = measure_ramp(pull_q15, d->ms, RISE_MS);
     if (d->ms < HOLD_MS) {
         pendulum_step(&m->rotor, io->loop, 0, m->field.field_q32, 0, i_q15);
@@ -96,11 +96,11 @@ static void stand_in(struct params *p, int32_t counts_two_turns)
     const int32_t pairs = q15_clamp(2 * most / counts_two_turns, 1, STAND_IN_PAIRS);
     p->pole_pairs = pairs;
     p->encoder_counts = q15_min((pairs * counts_two_turns + 1) / 2, most);
-    p->overspeed_rpm = q15_min(OVERSPEED_E_RPM / pairs, OVERSPEED_MOST);
+    p->overspeed_rpm = q15_min(OVERSPEED_E_RPM / pairs, OVERSPEED_MAX);
     p->speed_max_rpm = p->overspeed_rpm - 1;
 }
 
-static uint32_t identify_turn_way_q32(int64_t counts_q8, int64_t counts_two_turns)
+static uint32_t identify_turn_travel_q32(int64_t counts_q8, int64_t counts_two_turns)
 {
     return (uint32_t)identify_scaled(counts_q8, 2LL << 32, counts_two_turns * 256);
 }
@@ -112,7 +112,7 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
     uint32_t offset_q32[2];
     for (int32_t k = 0; k < 2; k++) {
         const int64_t to_end_q8 = (int64_t)d->counts * 256 - m->mean_counts_q8[k];
-        offset_q32[k] = m->field_q32[k] + identify_turn_way_q32(sign * to_end_q8, counts_two_turns);
+        offset_q32[k] = m->field_q32[k] + identify_turn_travel_q32(sign * to_end_q8, counts_two_turns);
     }
     return offset_q32[0] + (uint32_t)((int32_t)(offset_q32[1] - offset_q32[0]) / 2);
 }
@@ -121,23 +121,23 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
 static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign, uint32_t field_q32)
 {
     const int64_t moved_q8 = (int64_t)(d->counts - d->axis_counts) * 256;
-    const uint32_t axis_q32 = d->axis_q32 + identify_turn_way_q32(sign * moved_q8, counts_two_turns);
+    const uint32_t axis_q32 = d->axis_q32 + identify_turn_travel_q32(sign * moved_q8, counts_two_turns);
     const int32_t off_q32 = (int32_t)(axis_q32 - field_q32);
     return off_q32 > -QUARTER_Q32 && off_q32 < QUARTER_Q32 ? axis_q32 : axis_q32 + 2u * QUARTER_Q32;
 }
 
-enum identify_reason identify_think_turn(struct identify *d)
+enum identify_reason identify_evaluate_turn(struct identify *d)
 {
     const struct identify_turn *const m = &d->work.turn;
-    const int32_t forward = m->way[0], back = -m->way[1];
+    const int32_t forward = m->travel_counts[0], back = -m->travel_counts[1];
     const int32_t two_turns = q15_abs(forward + back);
-    const bool same = q15_abs(forward - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
-    if (two_turns < LEAST_COUNTS || !same || m->uneven) {
+    const bool same = q15_abs(forward - back) * APART_ONE_IN <= two_turns + MIN_COUNTS * APART_ONE_IN;
+    if (two_turns < MIN_COUNTS || !same || m->uneven) {
         return IDENTIFY_NOT_FOLLOWED;
     }
     const int32_t sign = forward + back < 0 ? -1 : 1;
     d->backwards = sign < 0;
-    identify_know_exactly(d, IDENTIFY_DIRECTION, sign);
+    identify_set_exact(d, IDENTIFY_DIRECTION, sign);
     d->start_q32 = angle_by_field_q32(d, two_turns, sign);
     if (d->reluctant) {
         d->start_q32 = angle_by_axis_q32(d, two_turns, sign, d->start_q32);
@@ -155,7 +155,7 @@ enum identify_reason identify_think_turn(struct identify *d)
 
 /* For the steps that turn the rotor: waves, and a frame that follows it. Slow loop. */
 
-#define LEAST_PART          64 /* of the bus: below, dead time and noise are too much of what is induced */
+#define MIN_PART            64 /* of the bus: below, dead time and noise are too much of what is induced */
 #define RELUCTANT_AXES_PART 16 /* of the rated current */
 #define REST_MS             50u
 #define FOLLOW_MS           64    /* the offset's */
@@ -180,7 +180,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
     const int32_t d_q15 = c->v_d_q15 - ((c->i_d_q15 * io->tuning->r_q12) >> 12) + cross_q15;
     const int32_t q_q15 = q15_abs(measure_emf_q15(io));
     const bool large = q15_abs(c->i_q_q15) * RELUCTANT_AXES_PART > d->i_rated_q15;
-    if (q15_max(q_q15, q15_abs(d_q15)) * LEAST_PART < c->vbus_q15 || (d->reluctant && large)) {
+    if (q15_max(q_q15, q15_abs(d_q15)) * MIN_PART < c->vbus_q15 || (d->reluctant && large)) {
         return;
     }
     /* beyond 45 degrees a radian is enough to tell the way */
@@ -191,7 +191,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
 
 bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, uint32_t patience_ms)
 {
-    return (measure_spin(io, 0, identify_i_most_q15(d)) && d->phase_ms > REST_MS) || d->phase_ms > patience_ms;
+    return (measure_spin(io, 0, identify_i_max_q15(d)) && d->phase_ms > REST_MS) || d->phase_ms > patience_ms;
 }
 
 /* ==== the index ==== */
@@ -201,8 +201,8 @@ bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, 
  * converts that to electrical turns, a whole number: the pole pairs. The speed is the one allowed for the push.
  */
 
-#define TURNS_MOST     50 /* electrical ones to a mechanical: as many pole pairs as there can be */
-#define PATIENCE_MS    12000u
+#define TURNS_MAX      50 /* electrical ones to a mechanical: as many pole pairs as there can be */
+#define TIMEOUT_MS     12000u
 #define STOP_MS        1500u
 #define INDEX_REST_MS  60u
 #define REST_PART      16
@@ -241,23 +241,23 @@ static void index_look(const struct identify *d, struct identify_index *m, const
 
 static bool ran_enough(const struct identify *d, const struct identify_index *m)
 {
-    const int64_t most = (int64_t)(TURNS_MOST + 1) * (m->seen + 1u) * d->params.encoder_counts;
-    return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || d->phase_ms > PATIENCE_MS;
+    const int64_t most = (int64_t)(TURNS_MAX + 1) * (m->seen + 1u) * d->params.encoder_counts;
+    return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || d->phase_ms > TIMEOUT_MS;
 }
 
 /* Runs from index to index; true when it has seen what there is. */
 static bool search(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
-    const int32_t rpm = d->reluctant ? q15_max(d->rpm_most / 4 * SEARCH_QUARTERS, 1) : d->rpm_most;
-    (void)measure_spin(io, rpm, identify_i_most_q15(d));
+    const int32_t rpm = d->reluctant ? q15_max(d->rpm_max / 4 * SEARCH_QUARTERS, 1) : d->rpm_max;
+    (void)measure_spin(io, rpm, identify_i_max_q15(d));
     index_look(d, m, io);
     return ran_enough(d, m);
 }
 
 static bool stop(const struct identify *d, const struct measure_io *io)
 {
-    const bool there = measure_spin(io, 0, identify_i_most_q15(d));
-    return d->phase_ms > STOP_MS || (there && q15_abs(io->speed->speed_rpm_q4) * REST_PART < d->rpm_most * 16);
+    const bool there = measure_spin(io, 0, identify_i_max_q15(d));
+    return d->phase_ms > STOP_MS || (there && q15_abs(io->speed->speed_rpm_q4) * REST_PART < d->rpm_max * 16);
 }
 
 bool identify_measure_index(struct identify *d, const struct measure_io *io)
@@ -287,8 +287,8 @@ static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t coun
     const int64_t before = p->pole_pairs;
     p->inertia_gmm2 = q15_max((int32_t)scale(p->inertia_gmm2, pole_pairs * pole_pairs, before * before), 1);
     p->ramp_rpm_s = q15_max((int32_t)scale(p->ramp_rpm_s, before, pole_pairs), 1);
-    const int32_t pushed_rpm = q15_max((int32_t)scale(d->rpm_most, before, pole_pairs), 1);
-    d->rpm_most = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->nominal.speed_max_rpm / SPEED_SHARE, 1));
+    const int32_t pushed_rpm = q15_max((int32_t)scale(d->rpm_max, before, pole_pairs), 1);
+    d->rpm_max = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->nominal.speed_max_rpm / SPEED_SHARE, 1));
     p->pole_pairs = pole_pairs;
     p->encoder_counts = counts;
     p->overspeed_rpm = d->nominal.overspeed_rpm;
@@ -298,7 +298,7 @@ static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t coun
 /* The ramps' current: so that they take some tenths of a second, and what the push took at least. */
 static void choose_ramps(struct identify *d)
 {
-    const int64_t way_mrad_s = identify_mrad_s(d->rpm_most * 32768LL, 1);
+    const int64_t way_mrad_s = identify_mrad_s(d->rpm_max * 32768LL, 1);
     const int64_t wanted_nnm = scale(way_mrad_s, d->params.inertia_gmm2, INDEX_RAMP_MS);
     const int64_t nnm_per_ma = identify_torque_nnm(d, d->flux_e1_uwb, 1000);
     const int64_t wanted_ma = scale(wanted_nnm, 1, nnm_per_ma < 1 ? 1 : nnm_per_ma);
@@ -306,7 +306,7 @@ static void choose_ramps(struct identify *d)
     const int32_t i_q15 = tuning_q15_from_milli((int32_t)(wanted_ma < range_ma ? wanted_ma : range_ma), range_ma);
     /* where reluctance is strong the current across changes the flux along, which shall be known next to no current */
     d->ramp_i_q15 =
-        d->reluctant ? d->i_rated_q15 / INDEX_RELUCTANT_PART : q15_clamp(i_q15, d->ramp_i_q15, identify_i_most_q15(d));
+        d->reluctant ? d->i_rated_q15 / INDEX_RELUCTANT_PART : q15_clamp(i_q15, d->ramp_i_q15, identify_i_max_q15(d));
 }
 
 static enum identify_reason do_without(struct identify *d)
@@ -318,19 +318,19 @@ static enum identify_reason do_without(struct identify *d)
     return identify_tune_turning(d, IDENTIFY_STOPPED);
 }
 
-enum identify_reason identify_think_index(struct identify *d)
+enum identify_reason identify_evaluate_index(struct identify *d)
 {
     const struct identify_index *const m = &d->work.index;
     const int32_t counts = (m->second - m->first + EDGES_PER_LINE / 2) / EDGES_PER_LINE * EDGES_PER_LINE;
     const int32_t percent =
         (int32_t)scale(counts < 0 ? 0 : counts, 100LL * d->params.pole_pairs, d->params.encoder_counts);
     const int32_t pole_pairs = (percent + 50) / 100;
-    if (m->seen < 2u || pole_pairs < 1 || pole_pairs > TURNS_MOST ||
+    if (m->seen < 2u || pole_pairs < 1 || pole_pairs > TURNS_MAX ||
         q15_abs(percent - 100 * pole_pairs) > WHOLE_PERCENT || counts < 64 || counts > (int32_t)ENCODER_COUNTS_MAX) {
         return do_without(d);
     }
-    identify_know_exactly(d, IDENTIFY_POLE_PAIRS, pole_pairs);
-    identify_know_exactly(d, IDENTIFY_COUNTS, counts);
+    identify_set_exact(d, IDENTIFY_POLE_PAIRS, pole_pairs);
+    identify_set_exact(d, IDENTIFY_COUNTS, counts);
     take_pole_pairs(d, pole_pairs, counts);
     choose_ramps(d);
     d->indexed = true;

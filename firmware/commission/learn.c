@@ -9,14 +9,14 @@
 
 /* ==== Hall switches ==== */
 
-#define FIELD_HZ      2
-#define TURN_MS       (1000u / FIELD_HZ)
-#define GROWS_SHIFT   6     /* a 64th of the current a millisecond */
-#define SPEED_UP_MS   1000u /* over a turn: slow enough that the rotor does not swing */
-#define RECORD_MS     (HALL_LEARN_TURNS * TURN_MS)
-#define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forward and back */
-#define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
-#define DEGREE_Q32    11930465
+#define FIELD_HZ     2
+#define TURN_MS      (1000u / FIELD_HZ)
+#define GROWS_SHIFT  6     /* a 64th of the current a millisecond */
+#define SPEED_UP_MS  1000u /* over a turn: slow enough that the rotor does not swing */
+#define RECORD_MS    (HALL_LEARN_TURNS * TURN_MS)
+#define LOAD_MAX_Q32 0x20000000 /* 45 degrees between forward and back */
+#define SPREAD_Q32   0x0E38E38E /* 20 degrees from turn to turn */
+#define DEGREE_Q32   11930465
 
 enum phase { FORWARD, BACK, ENDED };
 
@@ -29,7 +29,7 @@ int32_t hall_learn_states(const struct hall_learn *l)
 {
     int32_t states = 0;
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        states += l->forth[state].count != 0u;
+        states += l->forward[state].count != 0u;
     }
     return states;
 }
@@ -40,11 +40,11 @@ int32_t hall_learn_states(const struct hall_learn *l)
 static void move_field(const struct hall_learn *l, volatile struct current_loop *c, const struct tuning *t)
 {
     const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz); /* electrical turns a sample */
-    const int32_t ms = (int32_t)l->ms, most_ms = (int32_t)SPEED_UP_MS;
-    const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, most_ms) : q15_max(most_ms - ms, -most_ms);
-    const int32_t most_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
-    current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / most_ms));
-    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, most_q15), 0);
+    const int32_t ms = (int32_t)l->ms, max_ms = (int32_t)SPEED_UP_MS;
+    const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, max_ms) : q15_max(max_ms - ms, -max_ms);
+    const int32_t max_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
+    current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / max_ms));
+    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, max_q15), 0);
 }
 
 static uint32_t record_from_ms(const struct hall_learn *l)
@@ -98,7 +98,7 @@ static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *
         return;
     }
     if (l->phase == FORWARD) {
-        record(l, &l->forth[state], before, field_q32);
+        record(l, &l->forward[state], before, field_q32);
     } else {
         record(l, &l->against[before], state, field_q32);
     }
@@ -110,7 +110,7 @@ static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *
 static bool complete(const struct hall_learn *l)
 {
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        const struct hall_edge *const f = &l->forth[state];
+        const struct hall_edge *const f = &l->forward[state];
         const struct hall_edge *const b = &l->against[state];
         const bool seen = f->count != 0u || b->count != 0u;
         const bool often = f->count + 1u >= HALL_LEARN_TURNS && f->count <= HALL_LEARN_TURNS + 1u &&
@@ -130,11 +130,11 @@ static uint32_t mean_of(const struct hall_edge *edge)
 /* The middle of forward and back; false if they are too far apart. */
 static bool find_edge(struct hall_learn *l, uint32_t state, uint32_t *edge_q32)
 {
-    const uint32_t forth_q32 = mean_of(&l->forth[state]);
-    const int32_t apart_q32 = (int32_t)(mean_of(&l->against[state]) - forth_q32);
-    *edge_q32 = forth_q32 + (uint32_t)(apart_q32 / 2);
+    const uint32_t forward_q32 = mean_of(&l->forward[state]);
+    const int32_t apart_q32 = (int32_t)(mean_of(&l->against[state]) - forward_q32);
+    *edge_q32 = forward_q32 + (uint32_t)(apart_q32 / 2);
     l->detail_deg = apart_q32 / DEGREE_Q32;
-    return apart_q32 < LOAD_MOST_Q32 && apart_q32 > -LOAD_MOST_Q32;
+    return apart_q32 < LOAD_MAX_Q32 && apart_q32 > -LOAD_MAX_Q32;
 }
 
 /* The state that begins next after `angle_q32`. */
@@ -143,7 +143,7 @@ static uint32_t next_after(const uint32_t edge_q32[HALL_STATES], const struct ha
     uint32_t nearest = 0;
     uint32_t way_q32 = UINT32_MAX;
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        if (l->forth[state].count != 0u && edge_q32[state] - angle_q32 <= way_q32) {
+        if (l->forward[state].count != 0u && edge_q32[state] - angle_q32 <= way_q32) {
             way_q32 = edge_q32[state] - angle_q32;
             nearest = state;
         }
@@ -163,7 +163,7 @@ static bool make_ring(struct hall_learn *l, const uint32_t edge_q32[HALL_STATES]
     }
     for (uint32_t place = 0; place < HALL_SECTORS; place++) {
         const uint32_t next = l->found.state[(place + 1u) % HALL_SECTORS];
-        if (l->forth[next].from != l->found.state[place]) {
+        if (l->forward[next].from != l->found.state[place]) {
             return false;
         }
     }
@@ -180,7 +180,7 @@ static enum hall_learn_result hall_learn_judge(struct hall_learn *l)
         return HALL_LEARN_UNCLEAR;
     }
     for (uint32_t state = 0; state < HALL_STATES; state++) {
-        if (l->forth[state].count != 0u && !find_edge(l, state, &edge_q32[state])) {
+        if (l->forward[state].count != 0u && !find_edge(l, state, &edge_q32[state])) {
             return HALL_LEARN_LOAD;
         }
     }
@@ -204,12 +204,12 @@ enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct cur
 /* ==== cogging ==== */
 
 #define RUN_UP_SHARE 8         /* of a turn, until the speed is steady */
-#define LEAST_SHARE  20        /* of the largest harmonic: anything smaller is noise */
+#define MIN_SHARE    20        /* of the largest harmonic: anything smaller is noise */
 #define JERKED_Q19   (1 << 29) /* no current accelerates so much: the encoder jumped */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
 {
-    if (order <= COGGING_ORDER_MOST && l->candidates < COGGING_CANDIDATES) {
+    if (order <= COGGING_ORDER_MAX && l->candidates < COGGING_CANDIDATES) {
         l->orders[l->candidates++] = (uint16_t)order;
     }
 }
@@ -223,7 +223,7 @@ void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, con
         }
     }
     /* beyond a quarter of the counts the encoder cannot resolve it */
-    const int32_t most = q15_min(COGGING_ORDER_MOST, t->encoder_counts / 4);
+    const int32_t most = q15_min(COGGING_ORDER_MAX, t->encoder_counts / 4);
     for (int32_t order = t->pole_pairs; order <= most; order += t->pole_pairs) {
         add_candidate(l, order);
     }
@@ -238,7 +238,7 @@ int32_t cogging_learn_direction(const struct cogging_learn *l)
 }
 
 /* Turned in the last millisecond, not against the direction. */
-static int32_t way_q7(const struct speed_estimate *e, int32_t direction)
+static int32_t travel_q7(const struct speed_estimate *e, int32_t direction)
 {
     return q15_max((e->travel_q15 >> 8) * direction, 0);
 }
@@ -252,7 +252,7 @@ static struct cogging_sample sample_of(const struct cogging_learn *l, const stru
     return (struct cogging_sample){
         .angle_q32 = l->angle_q32,
         .torque_q19 = (torque_q15 + l->torque_q15) * 8 - accelerating_q19,
-        .way_q7 = (way_q7(e, direction) + l->way_q7) / 2,
+        .travel_q7 = (travel_q7(e, direction) + l->travel_q7) / 2,
     };
 }
 
@@ -276,38 +276,38 @@ void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, cons
                         int32_t torque_q15, const struct tuning *t)
 {
     const int32_t direction = cogging_learn_direction(l);
-    const int64_t way = (turns->counts - l->from) * direction;
+    const int64_t travel = (turns->counts - l->from) * direction;
     const bool records = l->phase == COGGING_FORWARD || l->phase == COGGING_BACK;
     if (records) {
         cogging_put(l, sample_of(l, e, torque_q15, direction, t));
     }
-    if (direction != 0 && way >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
+    if (direction != 0 && travel >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
         cogging_next_phase(l, turns->counts);
     }
     l->torque_q15 = torque_q15;
-    l->way_q7 = way_q7(e, direction);
+    l->travel_q7 = travel_q7(e, direction);
     l->speed_rpm_q15 = e->speed_rpm_q15;
     l->angle_q32 = cogging_angle_q32(e, t);
 }
 
 static void correlate(struct cogging_learn *l, const struct cogging_sample *s)
 {
-    const int64_t weighed = (int64_t)s->torque_q19 * s->way_q7;
+    const int64_t weighed = (int64_t)s->torque_q19 * s->travel_q7;
     for (int32_t n = 0; n < l->candidates; n++) {
         const cossin_t c = cossin_q15(l->orders[n] * s->angle_q32);
         l->cos_sum[n] += weighed * c.cos;
         l->sin_sum[n] += weighed * c.sin;
     }
-    l->way_sum_q7 += s->way_q7;
+    l->travel_sum_q7 += s->travel_q7;
     l->used++;
 }
 
 /* Amplitudes are twice the mean product: Q19 and 15 bits, as Q23. */
 static struct cogging_harmonic harmonic(const struct cogging_learn *l, int32_t n)
 {
-    const int64_t way = l->way_sum_q7 > 0 ? l->way_sum_q7 : 1;
-    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / way >> 10),
-                                     (int32_t)(l->sin_sum[n] / way >> 10)};
+    const int64_t travel = l->travel_sum_q7 > 0 ? l->travel_sum_q7 : 1;
+    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / travel >> 10),
+                                     (int32_t)(l->sin_sum[n] / travel >> 10)};
 }
 
 static int64_t power(struct cogging_harmonic h)
@@ -334,7 +334,7 @@ static void choose(const struct cogging_learn *l, struct cogging_map *m)
     for (int32_t n = 0; n < l->candidates; n++) {
         insert(m, harmonic(l, n));
     }
-    const int64_t least = power(m->harmonics[0]) / (LEAST_SHARE * LEAST_SHARE);
+    const int64_t least = power(m->harmonics[0]) / (MIN_SHARE * MIN_SHARE);
     while (m->count > 0 && power(m->harmonics[m->count - 1]) <= least) {
         m->count--;
     }

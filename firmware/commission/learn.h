@@ -47,7 +47,7 @@ struct hall_learn {
     uint32_t state;
     uint32_t edges; /* so far, both ways together */
     bool unclear;
-    struct hall_edge forth[HALL_STATES], against[HALL_STATES];
+    struct hall_edge forward[HALL_STATES], against[HALL_STATES];
     struct hall_table found;
     int32_t detail_deg;
 };
@@ -77,7 +77,7 @@ int32_t hall_learn_states(const struct hall_learn *l);
  */
 
 #define COGGING_CANDIDATES 160
-#define COGGING_ORDER_MOST 640
+#define COGGING_ORDER_MAX  640
 #define COGGING_SAMPLES    64 /* how far the thread may lag, milliseconds */
 
 enum cogging_phase {
@@ -93,7 +93,7 @@ enum cogging_phase {
 struct cogging_sample {
     uint32_t angle_q32;
     int32_t torque_q19;
-    int32_t way_q7; /* way turned around it, rpm times milliseconds: its weight, so each position weighs the same */
+    int32_t travel_q7; /* way turned around it, rpm times milliseconds: its weight, so each position weighs the same */
 };
 
 struct cogging_learn {
@@ -102,7 +102,7 @@ struct cogging_learn {
     int32_t speed_rpm_q15;        /* at the last step */
     int32_t torque_q15;           /* asked for in the last step but one */
     uint32_t angle_q32;           /* at the last step */
-    int32_t way_q7;               /* in the last step, in the commanded direction */
+    int32_t travel_q7;            /* in the last step, in the commanded direction */
     volatile uint32_t put, taken; /* samples so far */
     struct cogging_sample samples[COGGING_SAMPLES];
     /* the thread's */
@@ -110,7 +110,7 @@ struct cogging_learn {
     uint32_t lost;
     int32_t candidates;
     uint16_t orders[COGGING_CANDIDATES];
-    int64_t way_sum_q7;
+    int64_t travel_sum_q7;
     int64_t cos_sum[COGGING_CANDIDATES]; /* Q41, below 2^60 */
     int64_t sin_sum[COGGING_CANDIDATES];
 };

@@ -24,10 +24,10 @@ void measure_push(const struct measure_io *io, int32_t i_q_q15)
     current_loop_ask(io->loop, 0, i_q_q15);
 }
 
-bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_most_q15)
+bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_max_q15)
 {
     struct speed_loop *const s = io->speed;
-    const struct interval limits = interval_both_ways(i_most_q15);
+    const struct interval limits = interval_both_ways(i_max_q15);
     s->target_rpm_q16 = rpm * 65536;
     const int32_t demand_q15 = speed_loop_step(s, io->tuning, io->tuning->ramp_q16, &limits);
     measure_push(io, interval_clamp(limits, demand_q15));
@@ -98,8 +98,8 @@ uint32_t measure_axes_easy_q32(const struct measure_axes *s)
 #define DAMPING_Q4       48 /* of about 0.4 */
 #define QUICK_DAMPING_Q4 16
 #define QUICK_MS         40
-#define LARGEST_Q32      ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: beyond, the field would turn the rotor away */
-#define KICK_Q32         (LARGEST_Q32 / 2)              /* all that one count may move the field */
+#define MAX_Q32          ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: beyond, the field would turn the rotor away */
+#define KICK_Q32         (MAX_Q32 / 2)                  /* all that one count may move the field */
 #define STILL_Q32        ((int32_t)(UINT32_MAX / 180u)) /* 2 degrees, and a count and a half of a coarse encoder */
 #define STILL_COUNT_8    12
 #define QUICK_PARTS      8 /* of the period: half a swing is four of them */
@@ -120,9 +120,9 @@ void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32,
 /* Against the rotor's motion. Of a coarse encoder a count would throw the field about: it is damped less. */
 static int32_t damped_by_q32(const struct pendulum *p, const volatile struct current_loop *c)
 {
-    const int32_t behind_q32 = q15_clamp(pendulum_speed_q32(p), -LARGEST_Q32, LARGEST_Q32);
+    const int32_t behind_q32 = q15_clamp(pendulum_speed_q32(p), -MAX_Q32, MAX_Q32);
     const int32_t damping_q4 = q15_min(p->damping_q4, KICK_Q32 / (int32_t)(c->encoder_scale_q32 / 16u + 1u));
-    return p->sense == 0 ? 0 : q15_clamp(behind_q32 / 16 * damping_q4, -LARGEST_Q32, LARGEST_Q32);
+    return p->sense == 0 ? 0 : q15_clamp(behind_q32 / 16 * damping_q4, -MAX_Q32, MAX_Q32);
 }
 
 /* Halves the damping where it drives what it should damp. Motion that counts as standing still has no sense. */
@@ -172,7 +172,7 @@ void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, 
 }
 
 /* The field's travel in this millisecond: up to speed, along, and down to rest. */
-static int32_t field_pass_way_q32(const struct field_pass *p)
+static int32_t field_pass_travel_q32(const struct field_pass *p)
 {
     const uint32_t down_ms = p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
     if (p->time_ms < p->ramp_ms) {
@@ -202,12 +202,12 @@ bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile stru
                      uint32_t encoder_q32, int32_t counts, int32_t current_q15)
 {
     const uint32_t n = p->time_ms - p->ramp_ms - p->ramp_ms / 2u; /* of the measurement */
-    const int32_t way = field_pass_way_q32(p);
-    pendulum_step(rotor, c, encoder_q32, p->field_q32, way, current_q15);
+    const int32_t step_q32 = field_pass_travel_q32(p);
+    pendulum_step(rotor, c, encoder_q32, p->field_q32, step_q32, current_q15);
     if (n < p->measure_ms) {
         measure(p, rotor, c, encoder_q32, counts, n);
     }
-    p->field_q32 += (uint32_t)way;
+    p->field_q32 += (uint32_t)step_q32;
     p->time_ms++;
     return p->time_ms > 2u * p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
 }

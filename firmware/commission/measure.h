@@ -50,7 +50,7 @@ void measure_hold_voltage(volatile struct current_loop *c, uint32_t angle_q32, i
 void measure_push(const struct measure_io *io, int32_t i_q_q15);
 
 /* Regulates the speed by a q current up to this limit. True when the reference, on its ramp, has got there. */
-bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_most_q15);
+bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_max_q15);
 
 /* EMF in q, from the last sample, Q15. */
 int32_t measure_emf_q15(const struct measure_io *io);

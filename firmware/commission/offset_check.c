@@ -7,7 +7,7 @@
 
 #define DEGREE_Q32    11930465u
 #define DEGREE_Q4_Q32 745654u
-#define RISE_LEAST_MS 30      /* a light rotor gets no faster than it is seen to */
+#define RISE_MIN_MS   30      /* a light rotor gets no faster than it is seen to */
 #define RISE_PART     3       /* eighths of the period in which it would swing about that current */
 #define STILL_PART    4       /* of the rise: in which the current is too little to move it */
 #define STAYS_PART    2       /* of the rise: how long the current stays */
@@ -55,10 +55,10 @@ void offset_check_start(struct offset_check *o, const struct tuning *t, uint32_t
         .turns = turns,
         .latched = latched,
         .moves = q15_max(2, (int32_t)(DEGREE_Q32 / 2u / t->encoder_scale_q32)),
-        .i_most_q15 = level->i_q15,
+        .i_max_q15 = level->i_q15,
         .second = (int32_t)(SECOND_DEG * DEGREE_Q32 / t->encoder_scale_q32) + 1,
         .second_ms = q15_max(SECOND_MS, level->period_ms / 2),
-        .rise_ms = q15_max(RISE_LEAST_MS, level->period_ms * RISE_PART / 8),
+        .rise_ms = q15_max(RISE_MIN_MS, level->period_ms * RISE_PART / 8),
         .speed_ms = q15_max(SPEED_MS, level->period_ms / SPEED_PART),
         .damping_ms = level->period_ms * DAMPING,
         .rest_ms = q15_max(REST_MS, level->period_ms / REST_PART) + (int32_t)(t->encoder_scale_q32 >> REST_SHIFT),
@@ -77,7 +77,7 @@ static enum offset_result found(struct offset_check *o, int32_t off_q4)
 }
 
 /* Against the supposed axis, where reluctance makes the torque larger. */
-static enum offset_result push_beside(struct offset_check *o, int32_t middle_q4)
+static enum offset_result push_off_axis(struct offset_check *o, int32_t middle_q4)
 {
     o->middle_q4 = middle_q4;
     push_along(o, STEP_HALVE, (uint32_t)(HALF_Q4 + middle_q4) * DEGREE_Q4_Q32);
@@ -112,7 +112,7 @@ static enum offset_result take_side(struct offset_check *o, int32_t side)
     if (mirrored) {
         return found(o, side * WRONG_Q4);
     }
-    return side == 0 ? go_on(o) : push_beside(o, side * WRONG_Q4);
+    return side == 0 ? go_on(o) : push_off_axis(o, side * WRONG_Q4);
 }
 
 static enum offset_result take_half(struct offset_check *o)
@@ -121,7 +121,7 @@ static enum offset_result take_half(struct offset_check *o)
     o->high_q4 = o->sense > 0 ? o->high_q4 : o->middle_q4;
     const int32_t middle_q4 = (o->low_q4 + o->high_q4) / 2;
     if (o->high_q4 - o->low_q4 > WRONG_Q4) {
-        return push_beside(o, middle_q4);
+        return push_off_axis(o, middle_q4);
     }
     return q15_abs(middle_q4) < WRONG_Q4 ? go_on(o) : found(o, middle_q4);
 }
@@ -134,7 +134,7 @@ static enum offset_result take_across(struct offset_check *o)
         return found(o, HALF_Q4);
     }
     if (sense == 0 && o->step == STEP_REVERSE) {
-        return OFFSET_UNSEEN;
+        return OFFSET_UNKNOWN;
     }
     if (sense == 0) {
         push_along(o, STEP_REVERSE, 270u * DEGREE_Q32);
@@ -163,7 +163,7 @@ static enum offset_result conclude(struct offset_check *o)
 static int32_t rising_q15(const struct offset_check *o)
 {
     const int32_t part_q15 = q15_min((int32_t)o->ms, o->rise_ms) * 32768 / o->rise_ms;
-    return (int32_t)(((int64_t)o->i_most_q15 * ((part_q15 * (part_q15 / 2)) >> 14)) >> 15);
+    return (int32_t)(((int64_t)o->i_max_q15 * ((part_q15 * (part_q15 / 2)) >> 14)) >> 15);
 }
 
 static void step_push(struct offset_check *o)
@@ -235,28 +235,28 @@ static void step_hold(struct offset_check *o, const struct tuning *t, int32_t mo
     catch_load(o, way);
     const int64_t pull_q16 = (int64_t)way * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
     const int32_t share_q16 = q15_clamp((int32_t)(pull_q16 * t->encoder_scale_q32 >> 32), -65536, 65536);
-    const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_most_q15 * share_q16) >> 16);
-    o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_most_q15, o->i_most_q15);
+    const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_max_q15 * share_q16) >> 16);
+    o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_max_q15, o->i_max_q15);
 }
 
 static bool rests(const struct offset_check *o)
 {
-    const int32_t most_ms = REST_TIMES * o->rest_ms + (o->step >= STEP_ACROSS ? o->second_ms : 0);
-    return (o->still_ms >= o->rest_ms && (o->sense == 0 || !is_underway(o))) || (int32_t)o->ms >= most_ms;
+    const int32_t max_ms = REST_TIMES * o->rest_ms + (o->step >= STEP_ACROSS ? o->second_ms : 0);
+    return (o->still_ms >= o->rest_ms && (o->sense == 0 || !is_underway(o))) || (int32_t)o->ms >= max_ms;
 }
 
 /* A load that falls: what it does to the rotor is no longer the current's. */
-static bool has_turned_away(const struct offset_check *o, const struct tuning *t)
+static bool has_turned(const struct offset_check *o, const struct tuning *t)
 {
     return q15_abs(o->counts) > t->encoder_counts / t->pole_pairs / AWAY_PART + AWAY_TIMES * o->moves;
 }
 
-static enum offset_result carried_away(struct offset_check *o)
+static enum offset_result driven_by_load(struct offset_check *o)
 {
     if (o->step < STEP_ACROSS) {
         return found(o, o->step == STEP_HALVE ? o->middle_q4 : side_of(o) * WRONG_Q4);
     }
-    return take_across(o) == OFFSET_WRONG ? OFFSET_WRONG : OFFSET_UNSEEN;
+    return take_across(o) == OFFSET_WRONG ? OFFSET_WRONG : OFFSET_UNKNOWN;
 }
 
 static bool turned_forward(const struct offset_check *o)
@@ -293,8 +293,8 @@ static enum offset_result step_pushes(struct offset_check *o, volatile struct cu
         step_push(o);
     } else if (o->fades) {
         result = step_fade(o);
-    } else if (has_turned_away(o, t)) {
-        result = carried_away(o);
+    } else if (has_turned(o, t)) {
+        result = driven_by_load(o);
     } else if (rests(o) && turned_forward(o)) {
         begin_fading(o);
     } else if (rests(o)) {
@@ -320,7 +320,7 @@ static enum offset_result step_emf(struct offset_check *o, const volatile struct
         return OFFSET_RUNNING;
     }
     if (!emf_is_clear(&o->emf)) {
-        return OFFSET_UNSEEN;
+        return OFFSET_UNKNOWN;
     }
     o->off_deg = emf_angle_deg(&o->emf.filtered, w_q15 < 0);
     return emf_judge(&o->emf, w_q15 < 0) == EMF_AGREES ? OFFSET_RIGHT : OFFSET_WRONG;

@@ -24,8 +24,8 @@
 enum offset_result {
     OFFSET_RUNNING,
     OFFSET_RIGHT,
-    OFFSET_UNSEEN, /* nothing moved either way, or it turns too slowly to tell */
-    OFFSET_WRONG,  /* by off_deg */
+    OFFSET_UNKNOWN, /* nothing moved either way, or it turns too slowly to tell */
+    OFFSET_WRONG,   /* by off_deg */
 };
 
 struct offset_check {
@@ -41,7 +41,7 @@ struct offset_check {
     int32_t moves;       /* and how many are a motion */
     int32_t still_ms;    /* since the last one */
     int32_t speed_q16;   /* counts a millisecond */
-    int32_t i_most_q15;  /* of a push, */
+    int32_t i_max_q15;   /* of a push, */
     int32_t rise_ms;     /* in which it gets there */
     int32_t i_q15;       /* now, */
     uint32_t along_q32;  /* and its direction, from the supposed d axis */

@@ -9,7 +9,7 @@
 #include "lib/trig.h"
 
 /* A PWM period has more clocks than reads of the fabric. */
-#define PATIENCE_POLLS CONFIG_PWM_COUNTS
+#define TIMEOUT_POLLS CONFIG_PWM_COUNTS
 
 #define MARGIN_COUNTS 32u /* to the edge before */
 
@@ -29,7 +29,7 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm)
  */
 static inline void wait_carrier(const struct pwm_regs *pwm, bool rising, uint32_t count)
 {
-    for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
+    for (uint32_t poll = 0; poll < TIMEOUT_POLLS; poll++) {
         if (((pwm->STATUS & PWM_STATUS_RISING) != 0u) == rising &&
             (rising ? pwm->COUNT >= count : pwm->COUNT <= count)) {
             return;
@@ -39,7 +39,7 @@ static inline void wait_carrier(const struct pwm_regs *pwm, bool rising, uint32_
 
 static void wait_conversion(const struct adc_regs *adc, uint32_t before)
 {
-    for (uint32_t poll = 0; poll < PATIENCE_POLLS && adc_sequence(adc) == before; poll++) {
+    for (uint32_t poll = 0; poll < TIMEOUT_POLLS && adc_sequence(adc) == before; poll++) {
     }
 }
 
@@ -74,7 +74,7 @@ struct emf_pulse emf_pulse_period(const volatile struct current_loop *c, struct 
 void emf_pulse_wait(const struct fabric *f, uint32_t samples)
 {
     for (uint32_t n = 0; n < samples; n++) {
-        (void)adc_read_next(&f->adc, PATIENCE_POLLS);
+        (void)adc_read_next(&f->adc, TIMEOUT_POLLS);
     }
 }
 
@@ -89,8 +89,8 @@ int32_t burst_sign(const struct burst *b, int32_t k)
 /* The next sample, and the interrupt that it brings is over: what is held from here on is for the one after it. */
 static struct adc_sample next_sample(const struct adc_regs *adc)
 {
-    const struct adc_sample sample = adc_read_next(adc, PATIENCE_POLLS);
-    for (int32_t poll = 0; poll < PATIENCE_POLLS && (adc_status(adc) & ADC_STATUS_EOC) != 0u; poll++) {
+    const struct adc_sample sample = adc_read_next(adc, TIMEOUT_POLLS);
+    for (int32_t poll = 0; poll < TIMEOUT_POLLS && (adc_status(adc) & ADC_STATUS_EOC) != 0u; poll++) {
     }
     return sample;
 }

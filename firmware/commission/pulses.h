@@ -25,7 +25,7 @@
 struct current_loop;
 
 /* Fabric clocks: the shortest pulse, in which a 1 MHz amplifier settles. */
-#define EMF_PULSE_SHORTEST 100u
+#define EMF_PULSE_MIN 100u
 
 struct emf_pulse {
     uint32_t sequence; /* of the sample (adc.h) */
@@ -36,7 +36,7 @@ struct emf_pulse {
 uint32_t emf_pulse_longest(const struct pwm_regs *pwm);
 
 /*
- * One pulse of `counts`, EMF_PULSE_SHORTEST to the longest; begins in the present PWM period or the next and is over on return.
+ * One pulse of `counts`, EMF_PULSE_MIN to the longest; begins in the present PWM period or the next and is over on return.
  * Takes up to two periods; masks all interrupts for a quarter of one at most. Slow loop, bridge off, the legs at half on-time
  * (integrals of 0). While a fault is latched no pulse comes: the sample is that of an open bridge.
  */

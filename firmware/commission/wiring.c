@@ -57,20 +57,20 @@ enum calibration_result calibration_step(struct calibration *k, struct adc_regs 
 
 /* ==== the phases ==== */
 
-#define THIRD_Q32      0x55555555u                  /* 120 degrees */
-#define LARGEST_256THS (CONFIG_BUS_STEPS / 5 * 256) /* a fifth of the bus */
-#define RISE_MS        40u /* a quarter more each: from the first voltage to the largest, and a while there */
-#define FALL_MS        25u
-#define REST_MS        100u /* four time constants of the slowest windings */
-#define SHARE_TENTH    3
-#define BLIND_PART     4
-#define RIGHT_ORDER    123
+#define THIRD_Q32   0x55555555u                  /* 120 degrees */
+#define MAX_256THS  (CONFIG_BUS_STEPS / 5 * 256) /* a fifth of the bus */
+#define RISE_MS     40u /* a quarter more each: from the first voltage to the largest, and a while there */
+#define FALL_MS     25u
+#define REST_MS     100u /* four time constants of the slowest windings */
+#define SHARE_TENTH 3
+#define BLIND_PART  4
+#define RIGHT_ORDER 123
 
 const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 
-void wiring_start(struct wiring *w, bool patient)
+void wiring_start(struct wiring *w, bool slow)
 {
-    *w = (struct wiring){.patient = patient};
+    *w = (struct wiring){.slow = slow};
 }
 
 static int32_t largest(const int32_t of_q15[3])
@@ -90,7 +90,7 @@ static void wiring_keep(struct wiring *w, const int32_t i_q15[3])
 /* The voltage that resistance alone would take for a quarter of the current. */
 static int32_t first_256ths(const struct tuning *t, const volatile struct current_loop *c)
 {
-    return q15_clamp(measure_steps(c, t->wiring_v_q15 / 4), 8, LARGEST_256THS / 256) * 256;
+    return q15_clamp(measure_steps(c, t->wiring_v_q15 / 4), 8, MAX_256THS / 256) * 256;
 }
 
 /* What still flows from the phase before is not this one's: windings of much inductance take longer than is waited. */
@@ -103,9 +103,9 @@ static void begin(struct wiring *w, const int32_t i_q15[3], int32_t v_256ths)
     w->ms = 0;
 }
 
-static bool is_share(int32_t i_q15, int32_t most_q15)
+static bool is_share(int32_t i_q15, int32_t max_q15)
 {
-    return q15_abs(i_q15) * 10 >= most_q15 * SHARE_TENTH;
+    return q15_abs(i_q15) * 10 >= max_q15 * SHARE_TENTH;
 }
 
 /* How much what a sensor shows goes with a phase and against the other two, of either sign. */
@@ -141,13 +141,13 @@ static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
     for (size_t k = 0; k < 3u; k++) {
         largest_q15[k] = largest((const int32_t[3]){w->rise_q15[0][k], w->rise_q15[1][k], w->rise_q15[2][k]});
     }
-    const int32_t most_q15 = largest(largest_q15);
-    if (most_q15 < t->wiring_i_q15 / 2) {
+    const int32_t max_q15 = largest(largest_q15);
+    if (max_q15 < t->wiring_i_q15 / 2) {
         return WIRING_OPEN;
     }
     for (size_t k = 0; k < 3u; k++) {
         w->phase = (int32_t)k + 1;
-        if (w->blind[k] || !is_share(largest_q15[k], most_q15)) {
+        if (w->blind[k] || !is_share(largest_q15[k], max_q15)) {
             return WIRING_OPEN;
         }
     }
@@ -159,7 +159,7 @@ static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
         w->phase = (int32_t)k + 1;
         if (w->rise_q15[k][k] < 0) {
             /* lost since others were looked at */
-            return is_share(w->rise_q15[k][k], most_q15) ? WIRING_SIGN : WIRING_OPEN;
+            return is_share(w->rise_q15[k][k], max_q15) ? WIRING_SIGN : WIRING_OPEN;
         }
     }
     return WIRING_GOOD;
@@ -188,7 +188,7 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
     wiring_look(w, t, adc, i_q15);
     const int32_t rise_q15[3] = {i_q15[0] - w->before_q15[0], i_q15[1] - w->before_q15[1], i_q15[2] - w->before_q15[2]};
     w->ms++;
-    const bool rests = w->patient ? w->ms > REST_MS : w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4;
+    const bool rests = w->slow ? w->ms > REST_MS : w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4;
     if (w->v_256ths == 0 && rests) {
         if (w->along == 3u) {
             return wiring_judge(w, t);
@@ -198,7 +198,7 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
         wiring_keep(w, rise_q15);
         w->along++;
     } else {
-        w->v_256ths = q15_min(w->v_256ths + w->v_256ths / 4, LARGEST_256THS);
+        w->v_256ths = q15_min(w->v_256ths + w->v_256ths / 4, MAX_256THS);
     }
     measure_hold_voltage(c, w->along * THIRD_Q32, w->v_256ths >> 8, 0);
     return WIRING_RUNNING;

@@ -57,7 +57,7 @@ struct wiring {
     int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current decays */
     int32_t before_q15[3];  /* the currents when the voltage began */
     int32_t rise_q15[3][3]; /* with the voltage along a phase, of what each sensor shows */
-    bool patient;           /* the second time: currents come to rest before each voltage */
+    bool slow;              /* the second time: currents come to rest before each voltage */
     bool blind[3];          /* a phase's current showed in one sample of a period but not in the other */
     int32_t phase;          /* the verdict's phase, 1 for A; 0: no phase carries current */
 };
@@ -66,7 +66,7 @@ struct wiring {
  * Slow loop, before the first step. `patient`: the second time, behind one that found a sign or an order wrong. That may have
  * come of what flows by itself, where the stage's own error drives more at no voltage than the test, or of a rotor that slips.
  */
-void wiring_start(struct wiring *w, bool patient);
+void wiring_start(struct wiring *w, bool slow);
 
 /*
  * One step a millisecond, 20 to 150 in all, 500 if patient. The current loop holds voltages (WIRING_TUNING). Slow loop, bridge

@@ -349,7 +349,7 @@ void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int
     c->field_angle_q32 = angle_q32;
 }
 
-void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
+void current_loop_restart_feedforward(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
 {
     const uint32_t mask = cpu_irq_save();
     const int32_t d_q9 = c->integral_d_q9;

@@ -64,7 +64,7 @@ struct loop_weakening {
     int32_t first_max_steps;    /* its maximum */
     int32_t gain_q15;           /* retreat, LSB of current per step that v_q lacks; has w's sign */
     int32_t gain_share_q8;      /* of the current loops' gains; 256 within the modulator's circle */
-    int32_t most_q15;           /* largest retreat */
+    int32_t max_q15;            /* largest retreat */
     int32_t room_q_steps;       /* v_q left by a steady d, plus a step of its reference: below it no retreat */
     int32_t kick_steps;         /* part of room_q_steps: the controller's response to q reference steps */
     int32_t i_q_ref_before_q15; /* of the last millisecond */
@@ -361,7 +361,7 @@ void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, 
  * As current_loop_follow(), after a change of frame: recalculates the feed-forward part of the present voltages; the voltages
  * stay. Slow loop; holds the interrupt back for about 300 cycles.
  */
-void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
+void current_loop_restart_feedforward(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
 
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);

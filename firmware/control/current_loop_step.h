@@ -164,8 +164,8 @@ static inline __attribute__((always_inline)) void hall_observe(struct current_lo
  * replace the encoder's. ISR, constant time.
  *
  * Ranges that exclude overflow: |i| <= 65534, |v| < 2^15, the flux within OBSERVER_FLUX_BITS; of_newest + of_older <= 2^14,
- * r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MOST, |back| < 2^15 with a shift of 3 at least, track <=
- * OBSERVER_TRACK_MOST. settings/tuning_start.c and observer.c ensure this; both are tested at their limits.
+ * r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MAX, |back| < 2^15 with a shift of 3 at least, track <=
+ * OBSERVER_TRACK_MAX. settings/tuning_start.c and observer.c ensure this; both are tested at their limits.
  */
 
 #define FLUX_ERROR_SHIFT 10 /* from along times e, Q25, to Q15 */
@@ -240,7 +240,7 @@ static inline __attribute__((always_inline)) void flux_observe(struct current_lo
  * pulse, to which pseudo-random pairs respond, belongs to the previous pair either way.
  *
  * Ranges that exclude overflow: |i| <= 65534; a response is held to 16 bits on each axis of the stator; v_steps <=
- * INJECTION_V_MOST_STEPS, |cross| <= INJECTION_CROSS_MOST, rad <= INJECTION_RAD_MOST_Q8. control/injection.c ensures this.
+ * INJECTION_V_MAX_STEPS, |cross| <= INJECTION_CROSS_MAX, rad <= INJECTION_RAD_MAX_Q8. control/injection.c ensures this.
  */
 
 /* Returns -x for sign -1, x for 0. */

@@ -11,7 +11,7 @@
     (UINT32_MAX / 128u)    /* an encoder's count of 2.8 degrees, electrical: no longer filter is needed */
 #define DEAD_TIME_SHIFT  6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
 #define LEARN_SHIFT      7 /* a 128th of Lq a step */
-#define LARGEST_Q15      131071
+#define MAX_Q15          131071
 #define MILLISECOND_Q15  4172    /* from reactance at the base speed to L over 1 ms: 1000 / (2 pi 1250) */
 #define TURNED_Q15       8780    /* the tangent of 15 degrees */
 #define TURN_RADIANS_Q15 205887u /* 2 pi */
@@ -44,7 +44,7 @@ static void learn_lq(struct emf *e, const struct tuning *t, int32_t reaction_q15
 
 static int32_t limited_q15(int32_t e_q15)
 {
-    return q15_clamp(e_q15, -LARGEST_Q15, LARGEST_Q15);
+    return q15_clamp(e_q15, -MAX_Q15, MAX_Q15);
 }
 
 /* Lq i, a voltage at the base speed: the product has up to 35 bits. */

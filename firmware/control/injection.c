@@ -17,8 +17,8 @@
 #define RADIAN_QUICK 430
 
 /* A clipped wave gives too small a response, so the wave takes no more than there is room for, but at least half. */
-#define SHARE_ALL_Q8   256
-#define SHARE_LEAST_Q8 128
+#define SHARE_ALL_Q8 256
+#define SHARE_MIN_Q8 128
 
 void injection_reset(volatile struct current_loop *c, const struct tuning *t)
 {
@@ -57,7 +57,7 @@ struct injection_response injection_take(volatile struct current_loop *c)
 void injection_track(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t radian)
 {
     current_loop_place(c, angle_q32, 0);
-    c->inject.full_rad_q8 = q15_min(RADIAN_Q23 / q15_max(radian, 1), INJECTION_RAD_MOST_Q8);
+    c->inject.full_rad_q8 = q15_min(RADIAN_Q23 / q15_max(radian, 1), INJECTION_RAD_MAX_Q8);
     const int32_t seen = q15_min(radian, RADIAN_QUICK);
     const int32_t quiet = t->injection.track_most * (seen * seen / RADIAN_QUICK) / RADIAN_QUICK;
     c->inject.track = q15_min(quiet, t->injection.track);
@@ -65,7 +65,7 @@ void injection_track(volatile struct current_loop *c, const struct tuning *t, ui
 
 static int32_t v_steps(int32_t v_q15, int32_t vbus_q15)
 {
-    return q15_min(v_q15 * (CONFIG_BUS_STEPS / 16) / (vbus_q15 / 16 + 1), INJECTION_V_MOST_STEPS);
+    return q15_min(v_q15 * (CONFIG_BUS_STEPS / 16) / (vbus_q15 / 16 + 1), INJECTION_V_MAX_STEPS);
 }
 
 static int32_t wanted_steps(const volatile struct current_loop *c, const struct tuning *t)
@@ -76,7 +76,7 @@ static int32_t wanted_steps(const volatile struct current_loop *c, const struct 
 int32_t injection_room_q8(const volatile struct current_loop *c, const struct tuning *t)
 {
     const int32_t room_steps = LOOP_V_D_MAX_STEPS - q15_abs(c->integral_d_q9 >> PI_SHIFT);
-    return q15_clamp(room_steps, 0, INJECTION_V_MOST_STEPS * 4) * 256 / q15_max(wanted_steps(c, t), 1);
+    return q15_clamp(room_steps, 0, INJECTION_V_MAX_STEPS * 4) * 256 / q15_max(wanted_steps(c, t), 1);
 }
 
 /* From 0 without current to the configured value, where it stays; the axis turns in the current's direction. */
@@ -89,10 +89,10 @@ static int32_t cross_q15(const struct tuning *t, int32_t i_q_q15)
 void injection_follow(volatile struct current_loop *c, const struct tuning *t)
 {
     const int32_t track = c->inject.track;
-    const int32_t share_q8 = q15_clamp(injection_room_q8(c, t), SHARE_LEAST_Q8, SHARE_ALL_Q8);
+    const int32_t share_q8 = q15_clamp(injection_room_q8(c, t), SHARE_MIN_Q8, SHARE_ALL_Q8);
     c->inject.share_q8 = share_q8;
     c->inject.v_steps = (wanted_steps(c, t) * share_q8) >> 8;
-    c->inject.rad_q8 = q15_min(c->inject.full_rad_q8 * 256 / share_q8, INJECTION_RAD_MOST_Q8);
+    c->inject.rad_q8 = q15_min(c->inject.full_rad_q8 * 256 / share_q8, INJECTION_RAD_MAX_Q8);
     c->inject.cross_q15 = cross_q15(t, c->i_q_ref_q15);
     c->flux.track = track;
     c->flux.track_speed_q8 = (int32_t)(((uint32_t)(track * track) * 201u) >> 16);

@@ -45,9 +45,9 @@
 #include "firmware/settings/tuning.h"
 
 /* Limits of the interrupt's inputs: its products stay within 32 bits. */
-#define INJECTION_V_MOST_STEPS 12288 /* 30 % of the bus */
-#define INJECTION_CROSS_MOST   8191
-#define INJECTION_RAD_MOST_Q8  65535
+#define INJECTION_V_MAX_STEPS 12288 /* 30 % of the bus */
+#define INJECTION_CROSS_MAX   8191
+#define INJECTION_RAD_MAX_Q8  65535
 
 struct injection {
     /* the interrupt's */

@@ -68,7 +68,7 @@ static dq_t currents(const volatile struct current_loop *c)
 /* The direction of psi_a, Q14, and the values that follow from its length. */
 static dq_t resolve_active_flux(volatile struct observer *o, dq_t active)
 {
-    const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MOST);
+    const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MAX);
     const int32_t by_size = OBSERVER_ALONG_ONE / size;
     const dq_t direction_q14 = {active.d * (1 << 14) / size, active.q * (1 << 14) / size};
     o->along_d = (direction_q14.d * by_size) >> 14;
@@ -101,7 +101,7 @@ int32_t observer_quickest_q8(const struct tuning *t)
 static void set_tracking(volatile struct observer *o, uint32_t speed_q32, int32_t pole_q8, enum observer_role role)
 {
     const uint32_t wanted = (uint32_t)(((uint64_t)speed_q32 * (uint32_t)pole_q8) >> 22); /* 2 a Ts / 2 pi, times 2^17 */
-    const int32_t track = q15_clamp((int32_t)wanted, TRACK_LEAST, OBSERVER_TRACK_MOST);
+    const int32_t track = q15_clamp((int32_t)wanted, TRACK_LEAST, OBSERVER_TRACK_MAX);
     o->track_speed_q8 = role == OBSERVER_LEADS ? (int32_t)(((uint32_t)(track * track) * 201u) >> 16) : 0;
     o->track = track;
 }
@@ -110,14 +110,14 @@ static int32_t dead_time_doubt_q15(const struct tuning *t, int32_t i_q15, int32_
 {
     const int32_t idle_q15 = (t->i_max_q15 >> (t->ripple_q10 != 0 ? RIPPLED_I_SHIFT : IDLE_I_SHIFT)) + 1;
     const int32_t missing_q15 = q15_max(idle_q15 - i_q15, 0);
-    return (vbus_q15 >> OBSERVER_DOUBT_BUS_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
+    return (vbus_q15 >> OBSERVER_BUS_UNCERTAINTY_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
 }
 
 static int32_t by_doubt_q8(const struct tuning *t, int32_t emf_q15, int32_t i_q15, int32_t vbus_q15)
 {
-    const int32_t drop_q15 = (((i_q15 * OBSERVER_DOUBT_R_Q8) >> 8) * t->r_q12) >> 12;
-    const int32_t doubt_q15 = drop_q15 + dead_time_doubt_q15(t, i_q15, vbus_q15) + 1;
-    return q15_min((int32_t)(((uint32_t)emf_q15 << 8) / (uint32_t)doubt_q15), MARGIN_MOST_Q8);
+    const int32_t drop_q15 = (((i_q15 * OBSERVER_R_UNCERTAINTY_Q8) >> 8) * t->r_q12) >> 12;
+    const int32_t uncertainty_q15 = drop_q15 + dead_time_doubt_q15(t, i_q15, vbus_q15) + 1;
+    return q15_min((int32_t)(((uint32_t)emf_q15 << 8) / (uint32_t)uncertainty_q15), MARGIN_MOST_Q8);
 }
 
 /* m = |w| psi_a / (dR |i| + dU), all of them voltages in Q15 of v_range. */

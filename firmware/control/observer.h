@@ -34,17 +34,17 @@
  * What may hide the EMF: 15 % of R, which is measured at the start and rises that much with 38 K; and the dead time left after
  * compensation, a 256th of the bus.
  */
-#define OBSERVER_DOUBT_R_Q8      38
-#define OBSERVER_DOUBT_BUS_SHIFT 8
+#define OBSERVER_R_UNCERTAINTY_Q8      38
+#define OBSERVER_BUS_UNCERTAINTY_SHIFT 8
 
 /* The flux range: the unit, either component. */
 #define OBSERVER_FLUX_BITS  29
 #define OBSERVER_FLUX_SHIFT 14 /* from the flux to flux 14 */
 
 /* Gain limits; the interrupt's products stay within 32 bits. */
-#define OBSERVER_ALONG_ONE  (1 << 25) /* along: this by psi_a in flux 14 */
-#define OBSERVER_ALONG_MOST 16384
-#define OBSERVER_TRACK_MOST 4096
+#define OBSERVER_ALONG_ONE (1 << 25) /* along: this by psi_a in flux 14 */
+#define OBSERVER_ALONG_MAX 16384
+#define OBSERVER_TRACK_MAX 4096
 
 struct observer {
     /* the interrupt's */

@@ -35,10 +35,10 @@
 #define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack this much at times */
 
 /* One step of the retreat: `over_steps` is v_q's lack in the EMF's direction, 0...65535. */
-static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t most_q15)
+static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t max_q15)
 {
     const int32_t wanted_q22 = (over_steps * gain_q15) >> (15 - WEAKEN_RETREAT_SHIFT);
-    return q15_min(retreat_q22 + ((wanted_q22 - retreat_q22) >> WEAKEN_SMOOTH_SHIFT), most_q15 << WEAKEN_RETREAT_SHIFT);
+    return q15_min(retreat_q22 + ((wanted_q22 - retreat_q22) >> WEAKEN_SMOOTH_SHIFT), max_q15 << WEAKEN_RETREAT_SHIFT);
 }
 
 /* Exchanges two numbers if the mask is all ones, not if it is 0. */
@@ -84,7 +84,7 @@ static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
     const int32_t sign = gain_q15 >> 31; /* all ones for negative w: negates, less one */
     const int32_t over_steps = q15_min((wanted_q - v_q) ^ sign, (wanted_q ^ sign) - c->weaken.room_q_steps);
     c->weaken.retreat_q22 = weaken_retreat_q22(retreat_q22, q15_max(over_steps - WEAKEN_DEAD_STEPS, 0),
-                                               q15_abs(gain_q15), c->weaken.most_q15);
+                                               q15_abs(gain_q15), c->weaken.max_q15);
     c->v_d_steps = v_d;
     c->v_q_steps = v_q;
     return (dq_t){v_d, v_q};

@@ -70,14 +70,14 @@ bool torque_build_step(struct torque_builder *b, struct torque_control *s, const
 
 /* The table of weakening.h, at `on`. Only the ends of rows are searched for; a node is a flux vector, and the rest follows. */
 
-#define V_D_REST         64 /* of v_d, kept back */
-#define LAST             (WEAKENING_NODES - 1)
-#define ROWS_ABOVE       (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
-#define FLUX_LIMIT       (1 << 21) /* 64 v_range at the base speed */
-#define CURRENT_MOST_Q15 (1 << 20)
-#define ANGLE_STEP       (1u << 20) /* a third of 1/4096 turn: the step that distinguishes growing torque from falling */
-#define HALF_TURN        (1u << 31)
-#define QUARTER_TURN     (1u << 30)
+#define V_D_REST        64 /* of v_d, kept back */
+#define LAST            (WEAKENING_NODES - 1)
+#define ROWS_ABOVE      (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
+#define FLUX_LIMIT      (1 << 21) /* 64 v_range at the base speed */
+#define CURRENT_MAX_Q15 (1 << 20)
+#define ANGLE_STEP      (1u << 20) /* a third of 1/4096 turn: the step that distinguishes growing torque from falling */
+#define HALF_TURN       (1u << 31)
+#define QUARTER_TURN    (1u << 30)
 
 struct point {
     int64_t i_d_q15, i_q_q15;
@@ -110,8 +110,8 @@ static void take_v_d(struct weakening_machine *m, int32_t v_d_max_steps)
 {
     const int32_t whole_steps = CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> FLUX_RESERVE_SHIFT);
     const int32_t d_steps = q15_min(v_d_max_steps - v_d_max_steps / V_D_REST, whole_steps);
-    m->share_most_q15 = (d_steps << 15) / whole_steps;
-    m->angle_most = d_steps == whole_steps ? HALF_TURN : atan2_q32(d_steps, circle_rest_q15(d_steps, whole_steps));
+    m->share_max_q15 = (d_steps << 15) / whole_steps;
+    m->angle_max = d_steps == whole_steps ? HALF_TURN : atan2_q32(d_steps, circle_rest_q15(d_steps, whole_steps));
 }
 
 static struct weakening_machine machine_of(const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
@@ -131,7 +131,7 @@ static struct weakening_machine machine_of(const struct params *p, const struct 
 /* Far beyond i_max, what a flux through hardly any inductance takes: its square has to fit. */
 static int64_t seen(int64_t i_q15)
 {
-    return scale_clamp(i_q15, -CURRENT_MOST_Q15, CURRENT_MOST_Q15);
+    return scale_clamp(i_q15, -CURRENT_MAX_Q15, CURRENT_MAX_Q15);
 }
 
 /* A flux vector, `angle` from the magnets' axis towards q: its currents and torque. */
@@ -151,7 +151,7 @@ static bool within_row(const struct weakening_machine *m, int32_t flux_q15, uint
 {
     const struct point here = point_of(m, flux_q15, angle);
     const int64_t square = here.i_d_q15 * here.i_d_q15 + here.i_q_q15 * here.i_q_q15;
-    return angle <= m->angle_most && square <= (int64_t)m->i_max_q15 * m->i_max_q15 &&
+    return angle <= m->angle_max && square <= (int64_t)m->i_max_q15 * m->i_max_q15 &&
            point_of(m, flux_q15, angle + ANGLE_STEP).product_q30 > here.product_q30;
 }
 
@@ -167,7 +167,7 @@ static uint32_t end_of(const struct weakening_machine *m, int32_t flux_q15, uint
 /* The largest MTPA torque at which q has at most its share of this flux. */
 static int32_t torque_of_share(const struct weakening_machine *m, const struct torque_map *map, int32_t flux_q15)
 {
-    const int64_t flux_q_q15 = ((int64_t)flux_q15 * m->share_most_q15) >> 15;
+    const int64_t flux_q_q15 = ((int64_t)flux_q15 * m->share_max_q15) >> 15;
     const int64_t i_q_q15 = flux_q_q15 * (1 << 19) / m->x_q_q19;
     return q15_min(torque_map_reach(map, map->i_q_q15, limited_flux(i_q_q15)), map->torque_max_q15);
 }
@@ -239,7 +239,7 @@ void weakening_build_begin(struct weakening_builder *b, struct weakening *w, con
     const int64_t q_q15 = (most.i_q_q15 * m->x_q_q19) >> 19;
     const int32_t low_q15 = q15_max(m->magnet_q15 - limited_flux((m->i_max_q15 * m->x_d_q19) >> 19), 0);
     w->top_q15 = q15_max(limited_flux(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
-                         limited_flux(q_q15 * Q15_ONE / m->share_most_q15));
+                         limited_flux(q_q15 * Q15_ONE / m->share_max_q15));
     lay_out(w, m->magnet_q15, low_q15);
     const struct point lowest = point_of(m, low_q15, 0);
     fill_alike(w->node[0],

@@ -127,15 +127,15 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define TRIM_SHIFT    3 /* an eighth of the error a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
 #define TRIM_DRIVING  2 /* a quarter of the circle more */
 #define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current grows by itself */
-#define TRIM_LEAST    1 /* half of it less */
+#define TRIM_MIN      1 /* half of it less */
 #define TRIM_FRACTION 6
 #define SHORT_SHIFT   4  /* 16 ms: averages the harmonics, because the trim responds to it */
 #define SHORT_FREE    7  /* a 128th of i_max is ignored: flux costs more there */
-#define GAIN_LEAST_Q8 32 /* of the current loops' gains */
-#define V_D_MOST_Q10  (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
+#define GAIN_MIN_Q8   32 /* of the current loops' gains */
+#define V_D_MAX_Q10   (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
 #define PAST_SHIFT    4 /* of the circle: half of what v_d leaves when first */
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a faster response could oscillate */
-#define DROP_MOST_Q15 (1 << 15)
+#define DROP_MAX_Q15  (1 << 15)
 
 /* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
 #define PLENTY_Q15 \
@@ -183,8 +183,8 @@ static void follow_drop(struct flux_limit *s, const volatile struct current_loop
     const int32_t d_q15 = resistive_q15(t, c->i_d_ref_q15);
     const int32_t q_q15 = resistive_q15(t, c->i_q_ref_q15);
     const int32_t resistive = ((d_q15 * d_q15) >> 15) + ((q_q15 * q_q15) >> 15);
-    const int32_t driving = q15_clamp((t->r_q12 * q15_sat16(power_q15)) >> 11, -DROP_MOST_Q15, DROP_MOST_Q15);
-    s->drop_q15 += (q15_clamp(resistive + driving, -DROP_MOST_Q15, DROP_MOST_Q15) - s->drop_q15) >> DROP_SHIFT;
+    const int32_t driving = q15_clamp((t->r_q12 * q15_sat16(power_q15)) >> 11, -DROP_MAX_Q15, DROP_MAX_Q15);
+    s->drop_q15 += (q15_clamp(resistive + driving, -DROP_MAX_Q15, DROP_MAX_Q15) - s->drop_q15) >> DROP_SHIFT;
 }
 
 static int32_t length_q15(const volatile struct current_loop *c)
@@ -201,7 +201,7 @@ static int32_t length_q15(const volatile struct current_loop *c)
  * hexagon's own harmonics are clipped off the first axis, too: d's mean then stays short of its reference at any length.
  */
 static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
-                           int32_t w_q15, int32_t most_q15)
+                           int32_t w_q15, int32_t max_q15)
 {
     const int32_t short_d_q15 = q15_sat16(c->i_d_ref_q15 - c->i_d_q15);
     const int32_t short_q_q15 =
@@ -214,7 +214,7 @@ static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_l
     s->short_d_q15 += ((d_is_cut ? -short_d_q15 : 0) - s->short_d_q15) >> SHORT_SHIFT;
     const int32_t second = brakes ? short_d_q15 * wx_d_q11 : q_first ? 0 : short_q_q15 * wx_q_q11;
     const int32_t first = q15_max(s->short_d_q15 - (t->i_max_q15 >> SHORT_FREE), 0) * wx_d_q11;
-    return q15_clamp((second >> 11) + (first >> 11), -most_q15, 8 * most_q15);
+    return q15_clamp((second >> 11) + (first >> 11), -max_q15, 8 * max_q15);
 }
 
 /*
@@ -228,8 +228,8 @@ static int32_t left_q15(struct flux_limit *s, const volatile struct current_loop
     if (c->weaken.on) {
         return left - lacking_q15(s, c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_RESERVE_SHIFT);
     }
-    const int32_t d_most_q15 = (target * V_D_MOST_Q10) >> 10;
-    return power_q15 < 0 ? q15_min(left, d_most_q15 - q15_abs(c->v_d_q15)) : left;
+    const int32_t d_max_q15 = (target * V_D_MAX_Q10) >> 10;
+    return power_q15 < 0 ? q15_min(left, d_max_q15 - q15_abs(c->v_d_q15)) : left;
 }
 
 static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
@@ -241,9 +241,9 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
         s->trim_q21 -= s->trim_q21 / FLUX_TRIM_FADE;
         return;
     }
-    const int32_t most_q15 = target >> (power_q15 < 0 ? TRIM_BRAKING : TRIM_DRIVING);
+    const int32_t max_q15 = target >> (power_q15 < 0 ? TRIM_BRAKING : TRIM_DRIVING);
     s->trim_q21 = q15_clamp(s->trim_q21 + (left * (1 << (TRIM_FRACTION - TRIM_SHIFT))),
-                            -((target >> TRIM_LEAST) << TRIM_FRACTION), most_q15 << TRIM_FRACTION);
+                            -((target >> TRIM_MIN) << TRIM_FRACTION), max_q15 << TRIM_FRACTION);
 }
 
 /*
@@ -251,21 +251,21 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
  * voltages exceed seven eighths of the limit. vbus_q15 is current; the current loop's voltages and references are one step old.
  */
 static bool is_far(const struct flux_limit *s, const volatile struct current_loop *c, int32_t w_q15, int32_t vbus_q15,
-                   int32_t most_q15)
+                   int32_t max_q15)
 {
     const int32_t much_q15 = (vbus_q15 * PLENTY_Q15) >> 15;
     const int32_t d_q15 = q15_abs(c->v_d_q15);
     const int32_t q_q15 = q15_abs(c->v_q_q15);
-    return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && most_q15 <= 2 * Q15_ONE &&
-           (uint32_t)w_q15 * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
+    return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && max_q15 <= 2 * Q15_ONE &&
+           (uint32_t)w_q15 * (uint32_t)max_q15 <= (uint32_t)much_q15 << 15 &&
            q15_max(d_q15, q_q15) + q15_min(d_q15, q_q15) / 2 <= much_q15; /* an eighth too long at most */
 }
 
 bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
-                       int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
+                       int32_t vbus_q15, int32_t power_q15, int32_t max_q15)
 {
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
-    if (is_far(s, c, w_q15, vbus_q15, most_q15)) {
+    if (is_far(s, c, w_q15, vbus_q15, max_q15)) {
         flux_limit_reset(s);
         return false;
     }
@@ -274,7 +274,7 @@ bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
     follow_trim(s, c, t, target, power_q15);
     const int32_t usable_q15 = target + (s->trim_q21 >> TRIM_FRACTION);
     const int32_t square_q15 = q15_max(((usable_q15 * usable_q15) >> 15) - s->drop_q15, 0);
-    const int32_t wanted_q15 = (int32_t)(((int64_t)w_q15 * most_q15) >> 15);
+    const int32_t wanted_q15 = (int32_t)(((int64_t)w_q15 * max_q15) >> 15);
     if (wanted_q15 <= Q15_ONE && (wanted_q15 * wanted_q15) >> 15 <= square_q15) {
         s->flux_q15 = FLUX_UNLIMITED;
     } else {
@@ -309,8 +309,8 @@ static int32_t gain_share_q8(const volatile struct current_loop *c, const struct
     const int32_t span_q15 = (circle >> 3) + 1;
     const int32_t near_q15 = q15_clamp(length_q15(c) - circle + span_q15, 0, span_q15);
     const int32_t by_speed_q8 = tuning_reactance_q11(q15_abs(w_q15), t->x_d_q11) * 128 / (t->kp_d_q12 + 1);
-    const int32_t least_q8 = q15_clamp(by_speed_q8, GAIN_LEAST_Q8, 256);
-    const int32_t missing_q8 = 256 - (256 - least_q8) * near_q15 / span_q15 - c->weaken.gain_share_q8;
+    const int32_t min_q8 = q15_clamp(by_speed_q8, GAIN_MIN_Q8, 256);
+    const int32_t missing_q8 = 256 - (256 - min_q8) * near_q15 / span_q15 - c->weaken.gain_share_q8;
     return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;
 }
 
@@ -361,5 +361,5 @@ void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, i
                                           : WEAKEN_D_MAX_STEPS(radius_steps);
     c->weaken.room_q_steps = q_first ? 0 : steady_room_steps(c, t, w_q15, vbus_q15) + kick_steps(c);
     c->weaken.gain_q15 = retreat_gain_q15(t, w_q15, vbus_q15);
-    c->weaken.most_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
+    c->weaken.max_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
 }

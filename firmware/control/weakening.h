@@ -61,8 +61,8 @@ struct weakening_machine {
     int64_t x_d_q19, x_q_q19; /* apparent reactances at the base speed */
     int64_t torque_unit_q15;  /* the flux that makes a torque of 1.0 with a current of 1.0 */
     int32_t i_max_q15;
-    int32_t share_most_q15; /* of the flux in q, which v_d carries; and the angle with that share */
-    uint32_t angle_most;
+    int32_t share_max_q15; /* of the flux in q, which v_d carries; and the angle with that share */
+    uint32_t angle_max;
 };
 
 /* Progress of the table. */
@@ -134,7 +134,7 @@ static inline void flux_limit_reset(struct flux_limit *s)
  * the limit is near; it nearly never is, and is then followed each millisecond, else every second one.
  */
 bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
-                       int32_t vbus_q15, int32_t power_q15, int32_t most_q15);
+                       int32_t vbus_q15, int32_t power_q15, int32_t max_q15);
 
 /* Sets the interrupt's limits until the next step (stage_weaken.h): in field weakening, after the references are set. */
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15);

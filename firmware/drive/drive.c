@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A millisecond of the drive, in its order: measure, limits, states, control, monitors, reactions. */
+/* The drive's slow loop, in this order: measure, limits, states, control, monitors, reactions. */
 #include "firmware/drive/drive.h"
 
 #include <stddef.h>
@@ -11,11 +11,11 @@
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
 
-#define LOOP_START_MS 2u /* for the PWM's first periods to pass, or the first with another number of samples */
-#define LIMITS_MS     2u /* torque.h: every second slow period */
+#define LOOP_START_MS 2u /* for the first PWM periods, also after a change of samples per period */
+#define LIMITS_MS     2u /* every second step (torque.h) */
 #define THERMAL_TURN  3u /* of THERMAL_STEP_MS */
 
-/* When the clock wraps, both words change at once: the current loop may come in between and read them. */
+/* Masked: the current loop must not read one word of the clock before the overflow and the other after it. */
 static void count_time(struct axis *a)
 {
     const uint32_t now_ms = a->time_ms + 1u;
@@ -29,16 +29,16 @@ static void count_time(struct axis *a)
     cpu_irq_restore(mask);
 }
 
-/* While the other axis identifies, this one's step waits for its bursts (pulses.h): up to half a millisecond. */
+/* While the other axis identifies, its bursts (pulses.h) delay this step by up to half a millisecond. */
 static bool may_be_late(struct axis *a)
 {
-    if (a->beside != NULL && a->beside->identify.running) {
-        a->beside_identified_ms = a->time_ms;
+    if (a->other_axis != NULL && a->other_axis->identify.running) {
+        a->other_identified_ms = a->time_ms;
     }
-    return a->beside != NULL && a->time_ms - a->beside_identified_ms <= LOOP_START_MS;
+    return a->other_axis != NULL && a->time_ms - a->other_identified_ms <= LOOP_START_MS;
 }
 
-/* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
+/* A step must see the conversions of a millisecond, +-1; the fabric detects those that were not read. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t conversions = adc_sequence(&a->fabric->adc);
@@ -46,15 +46,15 @@ static void watch_heartbeat(struct axis *a)
     const uint32_t most = may_be_late(a) ? (uint32_t)a->loop.loops_per_slow / 2u : 1u;
     a->heartbeat = conversions;
     if (too_many + most > 2u * most &&
-        a->time_ms - a->pace_chosen_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
+        a->time_ms - a->rate_chosen_ms > LOOP_START_MS) { /* when time_ms overflows, for less time */
         fault_raise(a, FAULT_LOOP_STOPPED);
     }
 }
 
 /*
- * The current loop checks the latches while the bridge is on. If one is found here, the bridge is off, or conversions go
- * unanswered because the current loop's interrupt has stopped. That one input of safe torque off stopped the drive, and the
- * other has not followed since, is what the first cause turns out to be.
+ * The current loop checks the latches while the bridge is on. A latch found here means that the bridge is off or that the
+ * current loop's interrupt has stopped. If one input of safe torque off has stopped the drive and the other has not followed,
+ * the fault's cause becomes that.
  */
 static void watch_latches(struct axis *a)
 {
@@ -96,7 +96,7 @@ static void step_thermal(struct axis *a)
 void drive_step(struct axis *a)
 {
     count_time(a);
-    if (axis_fabric_doubted(a)) {
+    if (axis_fabric_is_untrusted(a)) {
         return;
     }
     start_source_before(a);
@@ -116,9 +116,7 @@ void drive_step(struct axis *a)
     gate_prove(&a->fabric->gate);
 }
 
-/* ==== what is shown ==== */
-
-/* What a running axis shows to others. */
+/* ==== status ==== */
 
 static int64_t target(const struct axis *a)
 {
@@ -148,13 +146,13 @@ static struct drive_status status_look(const struct axis *a)
     };
 }
 
-/* Changes with each sample; a fabric in doubt is not sampled. */
+/* Changes with each sample; constant if the fabric is not trusted. */
 static uint32_t sample(const struct axis *a)
 {
-    return axis_fabric_doubted(a) ? 0u : adc_sequence(&a->fabric->adc);
+    return axis_fabric_is_untrusted(a) ? 0u : adc_sequence(&a->fabric->adc);
 }
 
-/* The slow loop is held off, the current loop is not: what it interrupts is read again. */
+/* The slow loop is masked; the current loop is not: if a sample came in between, everything is read again. */
 struct drive_status drive_status(const struct axis *a)
 {
     struct drive_status status;
@@ -168,17 +166,17 @@ struct drive_status drive_status(const struct axis *a)
     return status;
 }
 
-/* ==== before the slow loop runs ==== */
+/* ==== start-up ==== */
 
-/* The drive before its slow loop runs. Thread. */
+/* Before the slow loop runs. Thread. */
 
 void drive_init(struct axis *a, struct fabric *fabric)
 {
-    *a = (struct axis){.fabric = fabric, .fabric_doubt = AXIS_FABRIC_DOUBTED};
+    *a = (struct axis){.fabric = fabric, .fabric_untrusted = AXIS_FABRIC_UNTRUSTED};
     current_loop_init(&a->loop);
     speed_loop_init(&a->speed);
     params_init(&a->params);
-    (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
+    (void)tuning_compute(&a->params, &a->tuning); /* a test checks that the initial values are consistent */
     current_loop_tune(&a->loop, &a->tuning);
     thermal_init(&a->thermal, NULL, &a->params);
     reaction_init(&a->reactions);
@@ -192,8 +190,8 @@ void drive_remember_heat(struct axis *a, struct thermal_memory *memory)
 
 void drive_join(struct axis *a, struct axis *follower)
 {
-    a->beside = follower;
-    follower->beside = a;
+    a->other_axis = follower;
+    follower->other_axis = a;
     follower->carrier_ahead_counts = CONFIG_HALF_COUNTS / 2u;
 }
 
@@ -208,7 +206,7 @@ static struct pwm_setup pwm_setup(const struct axis *a)
     };
 }
 
-/* A warm start finds what a cold one does, even where the fabric was not reset with the core: a debugger's start. */
+/* Resets the fabric, because a debugger may restart the core without it. */
 static bool start_fabric(struct axis *a)
 {
     fabric_reset(a->fabric);
@@ -219,25 +217,25 @@ static bool start_fabric(struct axis *a)
     return gate_start_watch(&a->fabric->gate, CONFIG_WATCH_CLOCKS) && running;
 }
 
-/* The fabric's state is unknown: it is not touched from here on. Its gates have been off since the reset. */
-static void doubt_fabric(struct axis *a, enum fault cause)
+/* The fabric's state is unknown: its registers are not accessed from now on. Reset has left the gates off. */
+static void distrust_fabric(struct axis *a, enum fault cause)
 {
-    a->fabric_doubt = AXIS_FABRIC_DOUBTED;
+    a->fabric_untrusted = AXIS_FABRIC_UNTRUSTED;
     fault_raise(a, cause);
-    (void)states_take(a, DRIVE_EVENT_DOUBTED);
+    (void)states_take(a, DRIVE_EVENT_UNTRUSTED);
 }
 
 void drive_start(struct axis *a, enum fault boot_fault)
 {
     if (fault_doubts_fabric(boot_fault)) {
-        doubt_fabric(a, boot_fault);
+        distrust_fabric(a, boot_fault);
         return;
     }
     if (!start_fabric(a)) {
-        doubt_fabric(a, FAULT_FABRIC);
+        distrust_fabric(a, FAULT_FABRIC);
         return;
     }
-    a->fabric_doubt = 0;
+    a->fabric_untrusted = 0;
     (void)states_take(a, DRIVE_EVENT_BOOTED);
     if (boot_fault != FAULT_NONE) {
         fault_raise(a, boot_fault);

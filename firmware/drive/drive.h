@@ -28,23 +28,22 @@ struct drive_status {
     int32_t error_counts;
 };
 
-/* Puts the axis into its first state: initial parameters, fabric in doubt. Touches no register. Thread, once. */
+/* Initial state and parameters; the fabric is not trusted yet. Accesses no register. Thread, once. */
 void drive_init(struct axis *a, struct fabric *fabric);
 
 /*
- * Makes two axes known to each other, whose fabrics share a clock: `follower`'s carrier keeps a quarter of a period ahead of
- * the other's, so that neither's samples, one or two a period, meet the other's. Thread, once, between drive_init() and
- * drive_start() of both.
+ * Links two axes whose fabrics share a clock. `follower`'s carrier leads the other's by a quarter of a period, so that their
+ * samples, one or two a period, never coincide. Thread, once, between drive_init() and drive_start() of both.
  */
 void drive_join(struct axis *a, struct axis *follower);
 
-/* Sets where temperatures are kept across a reset, and takes up those kept there. Thread, once, after drive_init(). */
+/* Sets where temperatures are kept across a reset, and restores them from there. Thread, once, after drive_init(). */
 void drive_remember_heat(struct axis *a, struct thermal_memory *memory);
 
 /*
- * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. If it puts the fabric in
- * doubt, the axis stays in "fault" and neither reads nor writes a fabric register until a reset; the gates are off because
- * reset leaves them off. Thread, once.
+ * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. If it means that the fabric
+ * cannot be trusted, the axis stays in "fault" and neither reads nor writes a fabric register until a reset; the gates are off
+ * because reset leaves them off. Thread, once.
  */
 void drive_start(struct axis *a, enum fault boot_fault);
 
@@ -55,49 +54,48 @@ void drive_step(struct axis *a);
 void drive_sample_fault(struct axis *a);
 
 /*
- * Requests: thread. Each is checked here against the state that earlier requests have led to, and the next step carries it out.
- * A refused request changes nothing. A request in the same millisecond as the one before waits until the slow loop has taken
- * that one; if the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off closes the gates by
- * itself.
+ * Requests: thread. Each is checked here against the present state; the next step of the slow loop executes it. A refused
+ * request changes nothing. A request in the same millisecond as the one before waits until the slow loop has taken that one; if
+ * the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off closes the gates by itself.
  */
 struct outcome drive_switch_on(struct axis *a); /* drive_prepare() completes it */
 struct outcome drive_switch_off(struct axis *a);
-struct outcome drive_identify(struct axis *a);     /* measures the motor, then off; `off` ends it sooner */
-struct outcome drive_identify_use(struct axis *a); /* turns results into parameters; value: how many changed */
-struct outcome drive_quick_stop(struct axis *a);   /* before operation, where nothing can brake, it switches off */
+struct outcome drive_identify(struct axis *a);     /* measures the motor, then switches off; `off` aborts */
+struct outcome drive_identify_use(struct axis *a); /* copies the results into the parameters; value: how many changed */
+struct outcome drive_quick_stop(struct axis *a);   /* before operation is enabled it switches off */
 struct outcome drive_clear_fault(struct axis *a);
-struct outcome drive_forget(struct axis *a); /* the encoder's offset, while off: the next start aligns */
-void drive_withdraw(
-    struct axis *a); /* the operator no longer wants operation: nothing switches on by itself any more */
-struct outcome drive_clear_latches(struct axis *a); /* the same, not by a person: the retry count goes on */
+struct outcome drive_forget(struct axis *a); /* discards the encoder's offset, while off: the next start aligns */
+void drive_withdraw(struct axis *a);         /* the operator no longer wants operation: no automatic restart */
+struct outcome drive_clear_latches(struct axis *a); /* the same for a retry: its count is kept */
 struct outcome drive_command_speed(struct axis *a, int32_t rpm);
 struct outcome drive_command_current(struct axis *a, int32_t milliamp);
 struct outcome drive_command_position(struct axis *a, int32_t counts,
-                                      bool relative); /* to the last target, or to the shaft */
+                                      bool relative); /* to the last target, else to the actual position */
 struct outcome drive_command_home(struct axis *a, enum homing_method method);
 struct outcome drive_command_cyclic_position(struct axis *a, int32_t counts);
 struct outcome drive_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome drive_command_cyclic_current(struct axis *a, int32_t milliamp);
-struct outcome drive_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
-struct outcome drive_learn_hall(struct axis *a); /* takes some ten seconds, then off; the table is in the parameters */
-/* Changes the source of the angle, enum param_angle; drive_prepare() completes it, axis.handover.outcome. */
+struct outcome drive_learn_cogging(struct axis *a); /* takes a little more than two turns at learn_rpm */
+/* takes about ten seconds, then off; the result is in the parameters */
+struct outcome drive_learn_hall(struct axis *a);
+/* Changes the source of the angle, enum param_angle; drive_prepare() completes it; result in axis.handover.outcome. */
 struct outcome drive_change_source(struct axis *a, uint32_t target);
-struct outcome drive_set_zero(struct axis *a); /* the shaft's present position becomes 0, on or off */
+struct outcome drive_set_zero(struct axis *a); /* the actual position becomes 0, on or off */
 
 /*
  * Does one part of the work of switching on (switching.h, row torque_build.part of the benchmarks); returns true if there is
- * more. The last part makes the request, unless something has come up that forbids it: axis.switching.outcome tells. Does
- * nothing if nothing is under way. Also serves a hand-over from one source of the angle to another (handover.h). Thread.
+ * more. The last part makes the request, unless something now forbids it; the result is in axis.switching.outcome. No effect if
+ * nothing is in progress. Also serves a hand-over from one source of the angle to another (handover.h). Thread.
  */
 bool drive_prepare(struct axis *a);
 
-/* True if it starts, operates or stops: the bridge is on, or about to be. Any context. */
+/* True while starting, operating or stopping: the bridge is on, or about to be. Any context. */
 bool drive_is_on(const struct axis *a);
 
-/* True if parameters may change now: bridge off, no start under way. Thread; waits as requests do. */
+/* True if parameters may change now: bridge off, no start under way. Thread; may wait like a request. */
 bool drive_is_off(const struct axis *a);
 
-/* Thread. Holds off the slow loop for some 100 cycles, the current loop not at all. */
+/* Thread. Masks the slow loop for some 100 cycles, the current loop not at all. */
 struct drive_status drive_status(const struct axis *a);
 
 /* The drive's raw values in thousandths of their units, for console and bus. Thread. */

@@ -13,9 +13,9 @@
 
 /* ==== a fault in a sample ==== */
 
-/* The current loop's interrupt ends here when a sample has a fault: the cause of what it shows. ISR, cold. */
+/* The current loop's interrupt calls this when a sample has a fault: finds its cause. ISR, cold. */
 
-/* Switches that gave a wrong angle report it themselves later; they are named only if the drive carries on without them. */
+/* Hall switches that gave a wrong angle are reported by their monitor later; here they are the cause only for failover. */
 static enum fault blamed_for_overcurrent(const struct axis *a)
 {
     if (rotor_has_encoder(a)) {
@@ -24,7 +24,7 @@ static enum fault blamed_for_overcurrent(const struct axis *a)
     return rotor_has_hall(a) ? hall_watch_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
 }
 
-/* Gates first: an over-current may result from something that has just begun, but none of its causes leaves them on. */
+/* Gates off first, whatever the cause of the over-current turns out to be. */
 static void raise_overcurrent(struct axis *a)
 {
     int32_t phase;
@@ -70,8 +70,8 @@ void drive_sample_fault(struct axis *a)
     }
 }
 
-#define WRONG_Q32   (1u << 27) /* 11 degrees: the current was not the requested one */
-#define FADES_MS    4u         /* in this time the diodes have brought any current to zero */
+#define WRONG_Q32   (1u << 27) /* 11 degrees of angle error: the current was not the requested one */
+#define FADES_MS    4u         /* within this time the diodes bring any current to zero */
 #define FADED_SHIFT 3          /* an eighth of i_max */
 
 void failover_reset(struct axis *a)
@@ -105,19 +105,19 @@ static bool observer_reaches(const struct axis *a, int32_t speed_q32)
     return observer_margin_q8(&a->tuning, i_q15, w_q15, c->vbus_q15) >= OBSERVER_LEADS_Q8;
 }
 
-/* From here on there is no sensor, as if the drive had been switched on without one. */
+/* From here on the drive runs without the sensor, as if it had been switched on without one. */
 static void leave_sensor(struct axis *a, enum fault cause)
 {
     a->failover.cause = cause;
     a->failover.pending = FAULT_NONE;
-    retune_source(a, PARAM_ANGLE_SENSORLESS, 0); /* there are no edges */
+    retune_source(a, PARAM_ANGLE_SENSORLESS, 0); /* no encoder edges */
     current_loop_forget_injection(&a->loop);
-    handover_forget(&a->handover); /* what has failed must be found again */
+    handover_forget(&a->handover); /* the failed encoder's offset is no longer valid */
     start_forget(a);
     fault_warn(a, cause);
 }
 
-/* The torque limits belonged to a wrong speed. */
+/* Recalculates the torque limits, which were for a wrong speed. */
 static void know_speed(struct axis *a)
 {
     rotor_take_speed(a);
@@ -125,13 +125,13 @@ static void know_speed(struct axis *a)
     modes_limit_torque(a);
 }
 
-/* The speed loop's memory from before the sensor was in doubt. */
+/* The speed loop's integral before the sensor became suspect. */
 static int32_t torque_held_q29(const struct axis *a)
 {
     return rotor_has_hall(a) ? hall_watch_torque_q29(a) : encoder_watch_torque_q29(a);
 }
 
-/* The speed loop goes on from that, towards the same target. */
+/* The speed loop continues from that torque, towards the same target. */
 static void lead_on(struct axis *a)
 {
     a->sensorless = (struct sensorless){.ref_rpm_q16 = a->speed.ref_rpm_q16};
@@ -152,11 +152,11 @@ static void observer_leads(struct axis *a, enum fault cause)
     observer_preset(c, &a->tuning);
     current_loop_follow_rotor(c);
     cpu_irq_restore(mask);
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     lead_on(a);
 }
 
-/* Returns by how much the frame was wrong. */
+/* Returns the frame's angle error. */
 static int32_t coast(struct axis *a)
 {
     const struct rotor_seed *const s = &a->failover.seed;
@@ -190,9 +190,9 @@ static struct rotor_seed seed_at_sample(const struct axis *a, enum fault cause)
 }
 
 /*
- * Currents and voltages have followed a wrong angle, useless in the right frame: use the torque from before, and the EMF.
- * The currents settle in the millisecond until the observer leads, which does not model the iron they saturate. An index does
- * not tell since when the count is wrong: the present current may well be what holds the load, and stays.
+ * Currents and voltages were controlled at a wrong angle: start from the torque before the fault, and the EMF. The currents
+ * settle in the millisecond until the observer takes over, which does not model saturation. If the index has shown the fault,
+ * it is unknown since when the count is wrong: the present current may be holding the load and is kept.
  */
 static void begin_anew(struct axis *a)
 {
@@ -208,7 +208,7 @@ static void begin_anew(struct axis *a)
 bool failover_begin(struct axis *a, enum fault cause)
 {
     const uint32_t mask =
-        cpu_irq_save(); /* the interrupt may take over by itself; and the seed is of the next sample */
+        cpu_irq_save(); /* the interrupt may fail over meanwhile, and the seed is for the next sample */
     if (!failover_is_possible(a, cause)) {
         cpu_irq_restore(mask);
         return a->failover.pending != FAULT_NONE;
@@ -258,11 +258,11 @@ bool failover_from_sample(struct axis *a, enum fault cause)
 static bool faded(const struct axis *a)
 {
     const struct adc_sample s = adc_read(&a->fabric->adc);
-    const int32_t most_q15 = a->tuning.i_max_q15 >> FADED_SHIFT;
-    return q15_abs(s.ia_q15) < most_q15 && q15_abs(s.ib_q15) < most_q15 && q15_abs(s.ic_q15) < most_q15;
+    const int32_t max_q15 = a->tuning.i_max_q15 >> FADED_SHIFT;
+    return q15_abs(s.ia_q15) < max_q15 && q15_abs(s.ib_q15) < max_q15 && q15_abs(s.ic_q15) < max_q15;
 }
 
-/* The bridge is off. Until the current has faded, the voltage that the gates would open to is unknown. */
+/* The bridge is off. The voltage for switching on is known only when the current has decayed. */
 static void switch_on_again(struct axis *a, enum fault cause)
 {
     a->failover.waited_ms++;
@@ -287,8 +287,7 @@ static void switch_on_again(struct axis *a, enum fault cause)
 void failover_step(struct axis *a)
 {
     const enum fault cause = (enum fault)a->failover.pending;
-    if (a->state != AXIS_OPERATION_ENABLED ||
-        a->request == AXIS_REQUEST_OFF) { /* it must not open the gates once more */
+    if (a->state != AXIS_OPERATION_ENABLED || a->request == AXIS_REQUEST_OFF) { /* do not switch the gates on again */
         a->failover.pending = FAULT_NONE;
     } else if (!current_loop_is_on(&a->loop)) {
         switch_on_again(a, cause);

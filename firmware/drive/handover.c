@@ -18,9 +18,9 @@
 
 #define DEGREE_Q32   11930465
 #define APART_Q32    (HANDOVER_APART_DEG * DEGREE_Q32)
-#define LOOKS_LEAST  64u
+#define LOOKS_MIN    64u
 #define EMF_SETTLES  4u
-#define EMF_LEAST    8u
+#define EMF_MIN      8u
 #define W_REF_Q15    3277
 #define ENCODER_LOST (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)
 
@@ -32,7 +32,7 @@ void handover_forget(struct handover *h)
 /* ---- what forbids it ---- */
 
 /* The margin grows with the speed: the speed at which it suffices with this current. */
-static int32_t least_rpm(const struct axis *a, int32_t i_q15)
+static int32_t min_rpm(const struct axis *a, int32_t i_q15)
 {
     const int32_t margin_q8 = q15_max(observer_margin_q8(&a->tuning, i_q15, W_REF_Q15, a->loop.vbus_q15), 1);
     const int32_t w_q15 = q15_min(W_REF_Q15 * OBSERVER_LEADS_Q8 / margin_q8 + 1, INT16_MAX);
@@ -50,7 +50,7 @@ static struct outcome sees_little(const struct axis *a)
     if (loaded_q8 >= OBSERVER_LEADS_Q8 && idle_q8 >= OBSERVER_LEADS_Q8) {
         return OUTCOME_OK;
     }
-    return (struct outcome){ERROR_SOURCE_MARGIN, q15_max(least_rpm(a, i_q15), least_rpm(a, 0))};
+    return (struct outcome){ERROR_SOURCE_MARGIN, q15_max(min_rpm(a, i_q15), min_rpm(a, 0))};
 }
 
 /* According to what the target shows. */
@@ -180,12 +180,12 @@ static void look_at_encoder(struct handover *h, uint32_t from_count_q32)
     }
     const int32_t off_q32 = (int32_t)(from_count_q32 - h->first_q32);
     h->sum_q32 += off_q32;
-    h->least_q32 = q15_min(h->least_q32, off_q32);
-    h->most_q32 = q15_max(h->most_q32, off_q32);
+    h->min_q32 = q15_min(h->min_q32, off_q32);
+    h->max_q32 = q15_max(h->max_q32, off_q32);
     if (h->offset_known) {
         handover_differ(h, off_q32);
     } else {
-        handover_differ(h, (int32_t)(((int64_t)h->most_q32 - h->least_q32) / 2));
+        handover_differ(h, (int32_t)(((int64_t)h->max_q32 - h->min_q32) / 2));
     }
 }
 
@@ -261,10 +261,10 @@ static void look_at_sample(struct axis *a)
 static bool seen_enough(const struct handover *h)
 {
     const bool turned = (h->travel_q32 < 0 ? -h->travel_q32 : h->travel_q32) >> 32 != 0;
-    if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_LEAST) {
+    if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_MIN) {
         return false;
     }
-    return turned && h->looks >= LOOKS_LEAST;
+    return turned && h->looks >= LOOKS_MIN;
 }
 
 /* All six states of the table within a turn, or some are not the switches' own. */
@@ -303,7 +303,7 @@ static int32_t slowest_rpm(const struct axis *a)
     return 60000 / ((int32_t)HANDOVER_LOOK_MS * a->params.pole_pairs) + 1;
 }
 
-/* The encoder's offset, as found by the look. */
+/* Requests the hand-over from the slow loop, with the encoder's offset as found by the comparison. */
 static void ask_slow_loop(struct axis *a)
 {
     struct handover *const h = &a->handover;
@@ -340,14 +340,14 @@ static void handover_look(struct axis *a)
     }
 }
 
-/* The millisecond clock has stopped. */
+/* The slow loop's clock has stopped. */
 static bool slow_loop_is_dead(struct axis *a)
 {
     struct handover *const h = &a->handover;
     const uint32_t now_ms = a->time_ms;
     h->polls = now_ms == h->polled_ms ? h->polls + 1u : 0u;
     h->polled_ms = now_ms;
-    return h->polls > REQUEST_PATIENCE_POLLS;
+    return h->polls > REQUEST_TIMEOUT_POLLS;
 }
 
 bool handover_poll(struct axis *a)
@@ -357,7 +357,7 @@ bool handover_poll(struct axis *a)
         end(h, outcome_of(ERROR_BUSY));
     } else if (h->asked) {
         if (a->request != AXIS_REQUEST_SOURCE && h->under_way) {
-            end(h, outcome_of(ERROR_NOT_OPERATING)); /* a fault or an 'off' came first */
+            end(h, outcome_of(ERROR_NOT_OPERATING)); /* a fault or `off` came first */
         }
     } else if (a->state != AXIS_OPERATION_ENABLED) {
         end(h, outcome_of(ERROR_NOT_OPERATING));
@@ -369,13 +369,13 @@ bool handover_poll(struct axis *a)
 
 /* ==== in the slow loop ==== */
 
-/* The slow loop's part of a hand-over: makes all changes, right after a sample. */
+/* The slow loop's part: makes all changes right after a sample. */
 
-/* Cogging torque is known only with an encoder; otherwise the speed loop's memory holds it. */
+/* Cogging torque is compensated only with an encoder; otherwise the speed loop's integral contains it. */
 static int32_t known_torque_q15(struct axis *a)
 {
     const bool known = rotor_has_encoder(a) && (a->motion.cogging.count | a->tuning.friction_q15) != 0;
-    return known ? modes_known_torque_q15(a) : 0;
+    return known ? modes_feedforward_torque_q15(a) : 0;
 }
 
 static void leave(struct axis *a)
@@ -399,7 +399,7 @@ static void by_encoder(struct axis *a)
     current_loop_hand_over(c, LOOP_ENCODER, &rotor, a->handover.offset_q32);
 }
 
-/* The frame stays where it is, and the switches keep it within its sector. */
+/* The frame's angle stays; the Hall switches limit it to their sector. */
 static void by_hall(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
@@ -421,7 +421,7 @@ static void by_observer(struct axis *a)
 
 /* ---- what follows from it ---- */
 
-/* The shaft has turned uncounted meanwhile: the position's reference is lost. */
+/* The shaft has turned without being counted: the position reference is lost. */
 static void begin_encoder(struct axis *a)
 {
     a->start.aligned = true;
@@ -454,7 +454,7 @@ static void change(struct axis *a)
     }
     cpu_irq_restore(mask);
     retune_source(a, target, a->handover.speed_ki_min_q16);
-    current_loop_adopt(&a->loop, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(&a->loop, a->fabric, &a->tuning);
     if (source_has(target, SOURCE_COUNTS)) {
         begin_encoder(a);
     }

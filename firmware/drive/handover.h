@@ -3,14 +3,14 @@
  * Changes the source of the angle while the motor turns: encoder, Hall switches, observer, from any to any. The parameter stays
  * as it is: `on` begins with angle_source again.
  *
- *   begin     checks what can be checked at once: the mode, the parameters as `on` would, whether the target shows anything
- *   look      compares both angles over an electrical turn, within a second, using what is there already: the encoder's count,
+ *   begin     checks what can be checked immediately: mode, parameters as for `on`, whether the target source gives a signal
+ *   look      compares both angles over an electrical turn, within a second, from available signals: encoder count,
  *             the sector of the switches, the direction of the EMF. They may be 15 degrees apart
- *   take      the slow loop checks the margin once more and hands over right after a sample: it turns frame, voltages,
+ *   take      the slow loop checks the margin again and hands over right after a sample: it turns frame, voltages,
  *             measurements and integrals by the difference of the angles, and changes the vector
  *
- * Before that nothing has changed; afterwards everything has. If the drive was switched on without the encoder and does not
- * know its offset, the look finds it: counts that keep their distance from the angle for a turn, and the mean of that distance.
+ * Until then nothing changes. If the drive was switched on without the encoder, so that its offset is unknown, the comparison
+ * finds it: the mean difference between angle and count over a turn, if that difference is constant.
  */
 #ifndef FIRMWARE_DRIVE_HANDOVER_H
 #define FIRMWARE_DRIVE_HANDOVER_H
@@ -29,7 +29,7 @@ struct axis;
 
 struct handover {
     bool under_way;
-    bool asked;               /* of the slow loop */
+    bool asked;               /* requested from the slow loop */
     struct outcome outcome;   /* of the last one that ended */
     uint32_t target;          /* enum param_angle */
     int32_t speed_ki_min_q16; /* of the tuning with that source */
@@ -46,17 +46,17 @@ struct handover {
     int64_t travel_q32; /* distance since the first */
     uint32_t states;    /* switch states seen so far, one bit each */
     uint32_t first_q32; /* from the encoder's count to the angle, at the first; the rest are relative to it: */
-    int32_t least_q32, most_q32;
+    int32_t min_q32, max_q32;
     int64_t sum_q32;
     int32_t apart_q32; /* largest difference between the two angles */
     uint32_t emf_ms;   /* the millisecond of the last look at the EMF */
     struct emf emf;
 };
 
-/* Forgets what is known of an encoder that is not the source. Slow loop, at `on`, and when an encoder has failed. */
+/* Invalidates the offset of an encoder that is not the source. Slow loop, at `on`, and when an encoder has failed. */
 void handover_forget(struct handover *h);
 
-/* Does the next part of a look, or of what follows from it; returns true if there is more. Thread. */
+/* Does the next part of the comparison, or of the hand-over; returns true if there is more. Thread. */
 bool handover_poll(struct axis *a);
 
 /* Hands over, if still allowed; result in handover.outcome. Slow loop, in operation. */

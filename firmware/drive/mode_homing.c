@@ -5,8 +5,8 @@
 
 /* ==== the search ==== */
 
-#define BLOCKED_MS 100u /* a block */
-#define STUCK_MS   500u /* no index will come */
+#define BLOCKED_MS 100u /* a hard stop */
+#define STUCK_MS   500u /* stuck while searching the index */
 
 void homing_begin(struct homing *h, enum homing_method method, const struct turns *turns)
 {
@@ -18,7 +18,7 @@ static int64_t homing_size(int64_t x)
     return x < 0 ? -x : x;
 }
 
-/* One count forward and back, from a yielding shaft, is no motion. */
+/* A toggle by one count, from an elastic shaft, is not motion. */
 static void watch_motion(struct homing *h, const struct homing_view *v)
 {
     if (!v->at_limit || homing_size(v->turns->counts - h->counted) > 1) {
@@ -74,20 +74,20 @@ static bool homing_index_seen(const struct axis *a)
     return (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u;
 }
 
-/* Position control goes to the zero, and holds it. */
+/* Position control moves to the zero and holds it. */
 static const struct set_point *hm_finish(struct axis *a)
 {
     static const struct set_point zero = {.mode = AXIS_MODE_POSITION};
     struct motion *const m = &a->motion;
     if (m->homing.method == HOMING_BLOCK) {
-        speed_loop_reset(&a->speed, 0); /* it pushed */
+        speed_loop_reset(&a->speed, 0); /* clears the torque against the stop */
     }
     modes_set_zero(a, m->homing.zero);
     m->homed = true;
     return &zero;
 }
 
-/* An index comes within a turn. */
+/* An index must come within a turn. */
 static int64_t farthest(const struct axis *a)
 {
     const int64_t turn = a->tuning.encoder_counts;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* `learn cogging`: turns slowly either way and samples the torque (commission/learn.h). */
+/* `learn cogging`: turns slowly in both directions and samples the torque (commission/learn.h). */
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
@@ -21,7 +21,7 @@ static void learning_aim(struct axis *a, const struct set_point *s)
     cogging_learn_begin(&a->motion.learn, &a->motion.turns, &a->tuning);
 }
 
-/* Back at rest once all samples are taken: then pv, at speed 0. */
+/* When all samples are taken, changes to pv at speed 0. */
 static const struct set_point *learning_step(struct axis *a)
 {
     static const struct set_point rest = {.mode = AXIS_MODE_SPEED};
@@ -35,7 +35,7 @@ static const struct set_point *learning_step(struct axis *a)
 const struct mode mode_learning = {
     .needs_encoder = true, .check = learning_check, .aim = learning_aim, .step = learning_step};
 
-/* Learning that was stopped gives no map. */
+/* An aborted measurement gives no map. */
 void drive_learn(struct axis *a)
 {
     struct motion *const m = &a->motion;
@@ -43,7 +43,7 @@ void drive_learn(struct axis *a)
     if (a->mode == AXIS_MODE_LEARNING && cogging_learn_review(&m->learn, &found)) {
         const uint32_t held = request_hold();
         m->cogging = found;
-        a->nvm_cogging.pending = false; /* what was stored is older */
+        a->nvm_cogging.pending = false; /* the stored map is older */
         cogging_set_fade(&m->cogging, a->params.speed_bw_hz);
         request_release(held);
     }

@@ -24,7 +24,7 @@ static void control_position(struct axis *a, int64_t next_ref)
 {
     struct motion *const m = &a->motion;
     struct interval room;
-    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    const int32_t known_q15 = mode_torque_room(a, &room);
     modes_request_torque(a, known_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
     if (position_is_lost(&m->position, &a->tuning)) {
         fault_report(a, FAULT_FOLLOWING_ERROR, axis_forward(a) * m->position.error_counts, 0);

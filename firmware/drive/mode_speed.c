@@ -38,7 +38,7 @@ static const struct set_point *csv_step(struct axis *a)
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic, a->loop.loops_per_slow);
     const int32_t moved_q16 = scale_clamp(a->motion.cyclic.moved, -INT32_MAX, INT32_MAX);
     struct interval room;
-    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    const int32_t known_q15 = mode_torque_room(a, &room);
     modes_request_torque(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, moved_q16, &room));
     return NULL;
 }

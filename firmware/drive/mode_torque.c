@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* tq: a torque, at once. cst: a torque each cycle, in between a straight line. */
+/* tq: profile torque, without a ramp. cst: cyclic synchronous torque, interpolated linearly. */
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
@@ -23,7 +23,7 @@ static void tq_aim(struct axis *a, const struct set_point *s)
     a->torque_command_q15 = torque_of_milliamp(a, s->value);
 }
 
-/* A prescribed field has no torque control: it moves the way the torque would drive the rotor, until the observer leads. */
+/* I-f control has no torque control: the field accelerates in the torque's direction until the observer takes over. */
 static bool field_goes_along(struct axis *a)
 {
     const int32_t far_rpm = a->torque_command_q15 == 0 ? 0 : a->params.speed_max_rpm;

@@ -48,7 +48,7 @@ void modes_enter(struct axis *a, enum axis_mode mode)
     if (modes_table[mode]->enter != NULL) {
         modes_table[mode]->enter(a);
     }
-    a->sensorless.ref_rpm_q16 = a->speed.ref_rpm_q16; /* what another mode left is no step of the ramp */
+    a->sensorless.ref_rpm_q16 = a->speed.ref_rpm_q16; /* no step of the ramp at a change of mode */
     a->mode = mode;
 }
 
@@ -72,21 +72,21 @@ static void leave_in_mailbox(struct axis *a, struct set_point *s)
 {
     const struct set_point *const before = &a->set_point;
     if (s->relative && before->waits && before->mode == s->mode) {
-        s->by += before->by; /* two relative ones before a step are as far as both */
+        s->by += before->by; /* two relative ones within a step add up */
         s->value = before->value;
         s->relative = before->relative;
     }
     s->at = adc_sequence(&a->fabric->adc);
     if (before->waits && before->mode == s->mode && axis_mode_is_cyclic(s->mode)) {
         s->second = true;
-        s->first = before->second ? before->first : before->value; /* of three the one between goes */
+        s->first = before->second ? before->first : before->value; /* of three, the second is dropped */
         s->first_at = before->second ? before->first_at : before->at;
     }
     s->waits = true;
     a->set_point = *s;
 }
 
-/* The check and the mailbox belong together: a quick stop must not come in between. Thread. */
+/* Check and mailbox are one masked section, so that a quick stop cannot come in between. Thread. */
 static struct outcome post(struct axis *a, struct set_point *s)
 {
     if (!request_settled(a)) {
@@ -104,7 +104,7 @@ static struct outcome post(struct axis *a, struct set_point *s)
 
 static void aim(struct axis *a, const struct set_point *s)
 {
-    if (modes_check(a, s).error == ERROR_NONE) { /* the encoder may have been given up since */
+    if (modes_check(a, s).error == ERROR_NONE) { /* a failover may have removed the encoder since */
         modes_aim(a, s);
     }
 }
@@ -121,7 +121,7 @@ void set_point_take(struct axis *a)
     }
 }
 
-/* One of the operator's, in the machine's direction. The least of 32 bits is its own opposite, as of any counter that wraps. */
+/* An operator's value in the machine's direction. INT32_MIN is its own negative, as in any wrapping counter. */
 static int32_t turned(const struct axis *a, int32_t value)
 {
     return axis_forward(a) < 0 ? (int32_t)(0u - (uint32_t)value) : value;
@@ -175,10 +175,10 @@ struct outcome drive_learn_cogging(struct axis *a)
     return post(a, &(struct set_point){.mode = AXIS_MODE_LEARNING});
 }
 
-/* Whatever was asked for before counts from the old zero. */
+/* Earlier set-points refer to the old zero and must be taken first. */
 static bool set_point_is_taken(const struct axis *a)
 {
-    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+    for (uint32_t poll = 0; poll < REQUEST_TIMEOUT_POLLS; poll++) {
         if (!a->set_point.waits) {
             return true;
         }

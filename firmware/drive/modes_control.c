@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the modes have in common: the torque they may ask for, and speed control. Slow loop. */
+/* Common to the modes: torque limits and speed control. Slow loop. */
 #include "firmware/axis/axis.h"
 #include "firmware/settings/scale.h"
 #include "firmware/source/rotor.h"
@@ -7,11 +7,11 @@
 
 #define FRICTION_POSITION_SHIFT 2
 
-/* Homing has less, so that the hard stop holds and the machine does not give. */
+/* Homing has a lower limit, to protect the machine at a hard stop. */
 static int32_t i_limit_q15(const struct axis *a)
 {
-    const int32_t most_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
-    return a->mode == AXIS_MODE_HOMING ? q15_min(most_q15, a->tuning.home_i_q15) : most_q15;
+    const int32_t max_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
+    return a->mode == AXIS_MODE_HOMING ? q15_min(max_q15, a->tuning.home_i_q15) : max_q15;
 }
 
 void modes_limit_torque(struct axis *a)
@@ -39,8 +39,8 @@ void modes_request_torque(struct axis *a, int32_t torque_q15)
 }
 
 /*
- * Feeds forward Coulomb friction for the commanded direction, so the speed loop need not find it again at each reversal while
- * the shaft is at rest.
+ * Feeds forward Coulomb friction for the commanded direction, so that the integral need not build it up again at each reversal
+ * while the shaft is at rest.
  *
  * It uses the reference, not the speed: with the speed, a friction set too large would drive the shaft. Near 0 it is
  * proportional to the reference, with the speed loop's own gain; a quarter of that if a position loop sets the reference,
@@ -53,7 +53,7 @@ static int32_t friction_torque_q15(const struct speed_loop *s, const struct tuni
     return scale_clamp(answer_q15, -t->friction_q15, t->friction_q15);
 }
 
-int32_t modes_known_torque_q15(struct axis *a)
+int32_t modes_feedforward_torque_q15(struct axis *a)
 {
     struct motion *const m = &a->motion;
     if (a->tuning.friction_q15 == 0 && m->cogging.count == 0) {
@@ -68,17 +68,17 @@ int32_t modes_known_torque_q15(struct axis *a)
 }
 
 /*
- * Computes what the speed loop may ask for on top of the feed-forward torque for cogging and friction. torque_ask() limits the
- * total. Returns the feed-forward torque.
+ * Torque limits for the speed loop on top of the feed-forward torque for cogging and friction, which is returned. torque_ask()
+ * limits the total.
  */
-int32_t mode_room_beside_known(struct axis *a, struct interval *room)
+int32_t mode_torque_room(struct axis *a, struct interval *room)
 {
     *room = a->torque.limits;
     a->speed.torque_is_slow = a->torque.flux.decides;
     if (!rotor_has_encoder(a)) {
         return 0;
     }
-    const int32_t known_q15 = modes_known_torque_q15(a);
+    const int32_t known_q15 = modes_feedforward_torque_q15(a);
     room->low -= known_q15;
     room->high -= known_q15;
     return known_q15;
@@ -90,7 +90,7 @@ void modes_control_speed(struct axis *a, int32_t slope_q16)
         return;
     }
     struct interval room;
-    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    const int32_t known_q15 = mode_torque_room(a, &room);
     modes_request_torque(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
     if (rotor_is_sensorless(a)) {
         sensorless_after_control(a);

@@ -27,12 +27,12 @@ struct outcome drive_defaults(struct axis *a)
         return outcome_of(ERROR_DRIVE_IS_ON);
     }
     params_init(&a->params);
-    a->nvm_afresh = true;
+    a->nvm_from_defaults = true;
     fault_initial_choices(a->reactions.choice);
     return OUTCOME_OK;
 }
 
-/* a cos k(x + f) + b sin k(x + f) as a function of x: both turn by k f. */
+/* a cos k(x + f) + b sin k(x + f) as a function of x: a rotation of (a, b) by k f. */
 void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
 {
     for (int32_t n = 0; n < m->count; n++) {
@@ -64,13 +64,13 @@ void drive_restore_cogging(struct axis *a)
 
 /* From a slot to an axis: first into a separate set, which is checked, then into the axis. */
 
-#define PARAMETERS_MOST 128u
-#define HARMONIC_BYTES  12u
+#define PARAMETERS_MAX 128u
+#define HARMONIC_BYTES 12u
 
 struct candidate {
     struct params params;
     struct tuning tuning;
-    uint32_t seen[PARAMETERS_MOST / 32u]; /* a bit for each row of the table */
+    uint32_t seen[PARAMETERS_MAX / 32u]; /* a bit for each row of the table */
     uint8_t choice[FAULT_COUNT];
     bool index_known;
     uint32_t index_offset_q32;
@@ -134,7 +134,7 @@ static enum error take_reaction(struct candidate *c, const struct record *r)
     return ERROR_NONE;
 }
 
-/* What this image has instead is still what it begins with. */
+/* A record of another image is kept as long as its parameter here has its initial value. */
 static bool parameter_is_foreign(const struct record *r, const struct params *own)
 {
     const struct param_info *const info = param_find(r->name);
@@ -244,21 +244,21 @@ struct outcome nvm_check(const struct params *p, struct tuning *t)
     return problem.error == ERROR_NONE ? tuning_check_motor(p) : problem;
 }
 
-/* The index counts in the encoder scale in effect: the set's scale comes first. Slow loop held. */
+/* The index is in the encoder scale in effect, so the set's scale comes first. Slow loop masked. */
 static void stored_take_over(struct axis *a, const struct candidate *c)
 {
     a->params = c->params;
-    a->nvm_afresh = false;
+    a->nvm_from_defaults = false;
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         a->reactions.choice[cause] = c->choice[cause];
     }
-    if (axis_fabric_doubted(a) || !source_has((uint32_t)c->params.angle_source, SOURCE_COUNTS)) {
+    if (axis_fabric_is_untrusted(a) || !source_has((uint32_t)c->params.angle_source, SOURCE_COUNTS)) {
         return;
     }
     if (c->index_known || c->cogging.count > 0) {
-        adopt_tuning(a, &c->tuning);
+        apply_tuning(a, &c->tuning);
     }
-    if (c->index_known && !a->start.aligned) { /* what was found in this run is newer */
+    if (c->index_known && !a->start.aligned) { /* the offset found in this run is newer */
         a->start.index_offset_q32 = c->index_offset_q32;
         a->start.index_known = true;
     }
@@ -275,7 +275,7 @@ void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report
     set_initial(&c);
     k->problem = outcome_of(read_records(&c, s, k));
     if (k->problem.error == ERROR_NONE) {
-        c.tuning = a->tuning; /* padding included: an axis must hold no stack bytes */
+        c.tuning = a->tuning; /* padding included: no stale stack bytes in an axis */
         k->problem = nvm_check(&c.params, &c.tuning);
     }
     k->state = k->problem.error == ERROR_NONE ? NVM_LOADED : NVM_REFUSED;
@@ -300,7 +300,7 @@ struct outcome drive_load(struct axis *a, const struct slots *s, struct nvm_repo
 
 /* From an axis to a slot, page by page. */
 
-#define WAKES_MOST 1000u /* of the thread, within which the slow loop should have advanced its clock: at least 12 ms */
+#define WAKES_MAX 1000u /* wake-ups of the thread in which the slow loop's clock must advance: at least 12 ms */
 
 struct saving {
     struct axis *axis;
@@ -326,7 +326,7 @@ static const enum error error_of_envm[ENVM_RESULTS] = {
 static bool slow_loop_lives(const struct axis *a)
 {
     const uint32_t before_ms = a->time_ms;
-    for (uint32_t wake = 0; wake < WAKES_MOST; wake++) {
+    for (uint32_t wake = 0; wake < WAKES_MAX; wake++) {
         cpu_wait_for_interrupt();
         if (a->time_ms != before_ms) {
             return true;
@@ -335,10 +335,10 @@ static bool slow_loop_lives(const struct axis *a)
     return false;
 }
 
-/* Conversions go unanswered while a page is programmed: the slow loop must not take that for a stopped current loop. */
+/* No conversions are served while a page is programmed: the slow loop must not report a stopped current loop. */
 static void excuse(struct axis *a)
 {
-    a->pace_chosen_ms = a->time_ms;
+    a->rate_chosen_ms = a->time_ms;
 }
 
 static void program(struct saving *x)
@@ -353,8 +353,8 @@ static void program(struct saving *x)
     const uint32_t mask = cpu_irq_save();
     const enum envm_result result = envm_program_page(x->writer.page_offset, x->writer.page);
     excuse(x->axis);
-    if (x->axis->beside != NULL) {
-        excuse(x->axis->beside);
+    if (x->axis->other_axis != NULL) {
+        excuse(x->axis->other_axis);
     }
     cpu_irq_restore(mask);
     x->problem = error_of_envm[result];
@@ -403,10 +403,10 @@ static void put_reactions(struct saving *x)
     }
 }
 
-/* What the newest slot has of another image, which may come back. */
+/* Copies records of another image, which may be flashed again. */
 static void put_foreign(struct saving *x, const struct slots *s, const struct slots_view *view)
 {
-    if (!view->any || x->axis->nvm_afresh) {
+    if (!view->any || x->axis->nvm_from_defaults) {
         return;
     }
     struct record_reader reader = records_read(slots_records(s, view->newest), view->records_bytes[view->newest]);
@@ -418,10 +418,10 @@ static void put_foreign(struct saving *x, const struct slots *s, const struct sl
     }
 }
 
-/* Both are relative to the index, in the scale they were learned in: is that the set's scale? */
+/* Index angle and cogging map are in the encoder scale they were learned in: is that the set's scale? */
 static bool of_this_encoder(const struct axis *a, const struct tuning *set)
 {
-    return rotor_has_encoder(a) && set->angle_source == a->tuning.angle_source && !axis_fabric_doubted(a) &&
+    return rotor_has_encoder(a) && set->angle_source == a->tuning.angle_source && !axis_fabric_is_untrusted(a) &&
            set->encoder_scale_q32 == a->tuning.encoder_scale_q32 && set->encoder_counts == a->tuning.encoder_counts &&
            !identify_in_rotor_frame(&a->identify);
 }
@@ -434,7 +434,7 @@ static void put_index(struct saving *x)
     }
 }
 
-/* True if there is a map but nothing to count it from. */
+/* True if there is a map but no index to refer it to. */
 static bool put_cogging(struct saving *x)
 {
     const struct axis *const a = x->axis;
@@ -452,7 +452,7 @@ static bool put_cogging(struct saving *x)
     return false;
 }
 
-/* Programming keeps the core from every interrupt. */
+/* Programming blocks all interrupts. */
 static bool is_at_rest(const struct axis *a)
 {
     return drive_is_off(a) && q15_abs(a->speed.speed_rpm_q4) <= AXIS_STANDSTILL_RPM_Q4;
@@ -469,7 +469,7 @@ static struct outcome state_forbids(const struct axis *a, struct tuning *set)
     if (q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4) {
         return outcome_of(ERROR_TURNING);
     }
-    if (a->beside != NULL && !is_at_rest(a->beside)) {
+    if (a->other_axis != NULL && !is_at_rest(a->other_axis)) {
         return outcome_of(ERROR_SAVE_BESIDE_ON);
     }
     return nvm_check(&a->params, set);
@@ -481,7 +481,7 @@ struct outcome drive_may_save(const struct axis *a)
     return state_forbids(a, &unused);
 }
 
-/* The head makes it a slot, so it comes last. */
+/* The header makes the slot valid, so it is written last. */
 static void storing_finish(struct saving *x)
 {
     if (slot_pad(&x->writer)) {
@@ -492,7 +492,7 @@ static void storing_finish(struct saving *x)
     program(x);
 }
 
-/* Checks the array itself, not what was sent to it. */
+/* Verifies the flash array itself. */
 static bool is_stored(const struct slots *s, const struct slot_writer *w)
 {
     const struct slots_view view = slots_look(s);
@@ -522,6 +522,6 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
     if (x.problem == ERROR_NONE && !is_stored(s, &x.writer)) {
         x.problem = ERROR_ENVM_VERIFY;
     }
-    a->nvm_afresh = a->nvm_afresh && x.problem != ERROR_NONE;
+    a->nvm_from_defaults = a->nvm_from_defaults && x.problem != ERROR_NONE;
     return outcome_of(x.problem);
 }

@@ -4,7 +4,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/drive/drive.h"
 
-/* The request first: once it is seen to be taken, the state is the one behind it. */
+/* Reads the request first: once it is taken, the state already is the one that follows. */
 bool owner_axis_rests(const struct axis *a)
 {
     return a->request == AXIS_REQUEST_NONE && !a->switching.under_way && !a->retry.due &&
@@ -56,7 +56,7 @@ void owner_leave(struct axis *a, enum owner who)
     }
 }
 
-void owner_hear(struct axis *a, enum owner who)
+void owner_message(struct axis *a, enum owner who)
 {
     if (a->owner.who == OWNER_NONE || a->owner.who == (uint32_t)who) {
         a->command_ms = a->time_ms;

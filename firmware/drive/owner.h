@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Who commands an axis: the line whose enabling was accepted, until it is off, or that line is lost. Only the owner sets
- * targets, modes and halts, and only for the owner does the drive start again by itself. Everybody reads, everybody may stop,
- * and may take over, but has to say so. Thread.
+ * Who commands an axis: the interface that enabled it, until it is off or that interface is lost. Only the owner sets targets,
+ * modes and halt, and the drive restarts by itself only for its owner. All interfaces may read and stop it, and may take over
+ * explicitly. Thread.
  */
 #ifndef FIRMWARE_DRIVE_OWNER_H
 #define FIRMWARE_DRIVE_OWNER_H
@@ -14,42 +14,42 @@
 
 struct axis;
 
-/* The numbers are those on the bus. */
+/* The same numbers as on the bus. */
 enum owner { OWNER_NONE, OWNER_CONSOLE, OWNER_MODBUS, OWNER_CAN, OWNERS };
 
 struct ownership {
     uint32_t who;        /* enum owner */
-    uint32_t stopped_by; /* who ended what another one commanded; OWNER_NONE: it has ended otherwise */
+    uint32_t stopped_by; /* who stopped another owner's operation; OWNER_NONE: nobody */
 };
 
-/* Off, and nothing is under way that will switch it on. */
+/* Off, and nothing in progress will switch it on. */
 bool owner_axis_rests(const struct axis *a);
 
-/* Whether `who` may command; ERROR_COMMANDED says who does. A fault that is not tried again refuses by itself. */
+/* Whether `who` may command; ERROR_COMMANDED names the owner. */
 struct outcome owner_allows(const struct axis *a, enum owner who);
 
-/* `who` commands from here on: his enabling was accepted. */
+/* `who` becomes the owner: its enable was accepted. */
 void owner_take(struct axis *a, enum owner who);
 
-/* He takes over what goes on, a start that is prepared, too; he has not asked for a restart. */
+/* `who` takes over operation, or a start in preparation; without automatic restart. */
 void owner_take_over(struct axis *a, enum owner who);
 
-/* `who` has switched it off, stops it, or forgets its fault. The owner, or another one, who is then named. */
+/* `who` has switched it off, stopped it, or cleared its fault; recorded if it is not the owner. */
 void owner_stopped(struct axis *a, enum owner who);
 
-/* Nobody commands any more, and nothing starts by itself. */
+/* No owner from here on, and no automatic restart. */
 void owner_give_up(struct axis *a);
 
-/* The line of `who` is another one from here on: who commanded there does so no more. */
+/* The interface of `who` has been reconfigured: whoever commanded there is no longer the owner. */
 void owner_leave(struct axis *a, enum owner who);
 
-/* A sign of life; only the owner's counts where there is one. */
-void owner_hear(struct axis *a, enum owner who);
+/* A message was received: restarts the command time-out, if it is from the owner or there is none. */
+void owner_message(struct axis *a, enum owner who);
 
-/* The owner is silent for longer than command_timeout_ms, or its bus says that it is gone. Any context. */
+/* The owner has sent nothing for command_timeout_ms, or its bus reports it as lost. Any context. */
 bool owner_is_lost(const struct axis *a);
 
-/* Lets go of who has nothing left to command, and of who is lost while nothing turns: then nothing starts again. */
+/* Clears the owner when the axis is off, or when it is lost while the bridge is off: then no automatic restart. */
 void owner_follow(struct axis *a);
 
 #endif

@@ -5,7 +5,7 @@
 #include "firmware/drive/failover.h"
 #include "firmware/drive/retune.h"
 
-#define GAIN_REDUCTIONS_MOST 5u /* of 0.7 each: tolerates an inertia parameter five times too large */
+#define GAIN_REDUCTIONS_MAX 5u /* by 0.7 each: tolerates an inertia parameter five times too large */
 
 void reaction_init(struct reactions *r)
 {
@@ -18,7 +18,7 @@ static bool can_stop(const struct axis *a)
     return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
 }
 
-/* If the drive cannot carry on: the gentlest other reaction of the class that does not rely on the encoder. */
+/* If failover is not possible: the mildest other reaction of the class that does not need the encoder. */
 static enum reaction choice_now(struct axis *a, enum fault cause)
 {
     const enum reaction choice = (enum reaction)a->reactions.choice[cause];
@@ -31,14 +31,14 @@ static enum reaction choice_now(struct axis *a, enum fault cause)
     return ((fault_class(cause)->allowed >> REACTION_STOP) & 1u) != 0u ? REACTION_STOP : REACTION_OFF;
 }
 
-/* The likely cause of a limit cycle is an inertia parameter that is too large. False if softer gains have not helped so far. */
+/* The likely cause of a limit cycle is an inertia parameter that is too large. False if lower gains have not helped. */
 static bool reduce_speed_gain(struct axis *a)
 {
-    if (a->reactions.gain_reductions == GAIN_REDUCTIONS_MOST) {
+    if (a->reactions.gain_reductions == GAIN_REDUCTIONS_MAX) {
         return false;
     }
     a->reactions.gain_reductions++;
-    retune_softened(a);
+    retune_reduced_gains(a);
     return true;
 }
 
@@ -51,7 +51,7 @@ static void react(struct axis *a, const struct fault_report *r)
     }
     switch (choice_now(a, cause)) {
     case REACTION_CARRY:
-        return; /* it does */
+        return; /* failover succeeded */
     case REACTION_WARN:
         fault_warn(a, cause);
         return;

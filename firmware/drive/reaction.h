@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the drive does about a fault that the slow loop reports: the choice for each (off, controlled stop, warning, go on
- * without the sensor). What hardware or the current loop finds leaves no choice: it is raised (fault/fault.h), off.
+ * Reactions to faults that the slow loop reports, selectable for each: off, controlled stop, warning, failover. Faults found by
+ * hardware or the current loop always switch off (fault/fault.h).
  */
 #ifndef FIRMWARE_DRIVE_REACTION_H
 #define FIRMWARE_DRIVE_REACTION_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The drive's commands: checked here, in the thread, and carried out by the next step of the state machine. */
+/* The drive's commands: checked here, in the thread, and executed by the next step of the state machine. */
 #include "firmware/drive/requests.h"
 
 #include <stddef.h>
@@ -15,7 +15,7 @@
 
 bool request_settled(const struct axis *a)
 {
-    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+    for (uint32_t poll = 0; poll < REQUEST_TIMEOUT_POLLS; poll++) {
         if (a->request == AXIS_REQUEST_NONE) {
             return true;
         }
@@ -39,21 +39,21 @@ bool drive_is_off(const struct axis *a)
            (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
 }
 
-/* Bursts of the one and pulses of the other that looks for a turning rotor: the slow loop has no time for both. */
-static bool beside_identifies(const struct axis *a)
+/* Bursts of one axis and search pulses of the other: the slow loop has no time for both. */
+static bool other_axis_identifies(const struct axis *a)
 {
-    return a->beside != NULL && a->beside->identify.running;
+    return a->other_axis != NULL && a->other_axis->identify.running;
 }
 
-static bool beside_catches(const struct axis *a)
+static bool other_axis_catches(const struct axis *a)
 {
-    return a->beside != NULL && source_has(a->beside->tuning.angle_source, SOURCE_CATCHES) &&
-           (a->beside->switching.under_way || a->beside->state == AXIS_SWITCHED_ON);
+    return a->other_axis != NULL && source_has(a->other_axis->tuning.angle_source, SOURCE_CATCHES) &&
+           (a->other_axis->switching.under_way || a->other_axis->state == AXIS_SWITCHED_ON);
 }
 
 enum error drive_state_forbids_on(const struct axis *a)
 {
-    if (beside_identifies(a) && source_has((uint32_t)a->params.angle_source, SOURCE_CATCHES)) {
+    if (other_axis_identifies(a) && source_has((uint32_t)a->params.angle_source, SOURCE_CATCHES)) {
         return ERROR_IDENTIFY_BESIDE;
     }
     if (a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION || a->faults.cause != FAULT_NONE) {
@@ -75,13 +75,12 @@ struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuni
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);
     }
-    /* The speed may be that of the encoder which was used until now. */
     const bool caught = source_has(t->angle_source, SOURCE_CATCHES);
     const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !caught;
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
 
-/* Nothing known of the encoder holds: for now a pole pair is a turn. */
+/* Discards what is known of the encoder: until it is measured, one pole pair is assumed. */
 struct outcome drive_identify(struct axis *a)
 {
     if (!request_settled(a)) {
@@ -90,8 +89,8 @@ struct outcome drive_identify(struct axis *a)
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
     }
-    if (beside_identifies(a) || beside_catches(a)) {
-        return outcome_of(beside_identifies(a) ? ERROR_IDENTIFY_BESIDE : ERROR_CATCHES_BESIDE);
+    if (other_axis_identifies(a) || other_axis_catches(a)) {
+        return outcome_of(other_axis_identifies(a) ? ERROR_IDENTIFY_BESIDE : ERROR_CATCHES_BESIDE);
     }
     struct outcome problem = identify_begin(&a->identify, &a->params);
     if (problem.error != ERROR_NONE) {
@@ -103,7 +102,7 @@ struct outcome drive_identify(struct axis *a)
         problem = outcome_of(drive_state_forbids_on(a));
     }
     if (problem.error == ERROR_NONE) {
-        retry_withdraw(&a->retry); /* a fault ends it: it is not tried again */
+        retry_withdraw(&a->retry); /* no retry after a fault */
         a->request = AXIS_REQUEST_IDENTIFY;
     } else {
         identify_stop(&a->identify, FAULT_NONE);
@@ -139,11 +138,11 @@ void drive_withdraw(struct axis *a)
 struct outcome drive_switch_off(struct axis *a)
 {
     drive_withdraw(a);
-    if (axis_fabric_doubted(a)) {
+    if (axis_fabric_is_untrusted(a)) {
         return OUTCOME_OK;
     }
     if (!request_settled(a)) {
-        gate_disable(&a->fabric->gate); /* the slow loop is dead: it will not */
+        gate_disable(&a->fabric->gate); /* the slow loop has stopped */
     }
     a->request = AXIS_REQUEST_OFF;
     return OUTCOME_OK;
@@ -156,7 +155,7 @@ bool drive_is_on(const struct axis *a)
            state == AXIS_QUICK_STOP;
 }
 
-/* What waits to switch on is stopped, too. */
+/* Also cancels a pending switch-on. */
 struct outcome drive_quick_stop(struct axis *a)
 {
     const bool waited = a->switching.under_way || a->retry.waiting || a->retry.due;
@@ -204,10 +203,10 @@ static enum error clear_latches(struct axis *a)
 
 struct outcome drive_clear_fault(struct axis *a)
 {
-    const bool waited = a->retry.due; /* cleared already, but it would have started again */
+    const bool waited = a->retry.due; /* already cleared for a restart, which this cancels */
     retry_forget(&a->retry);
     if (a->faults.cause != FAULT_NONE || waited) {
-        switching_end(&a->switching, ERROR_FAULT_LATCHED); /* what the fault has overtaken, or a retry */
+        switching_end(&a->switching, ERROR_FAULT_LATCHED); /* a switch-on that the fault, or a retry, has overtaken */
     }
     const struct outcome outcome = drive_clear_latches(a);
     return waited && outcome.error == ERROR_NO_FAULT ? OUTCOME_OK : outcome;
@@ -221,7 +220,7 @@ struct outcome drive_clear_latches(struct axis *a)
     if (a->state != AXIS_FAULT) {
         return outcome_of(ERROR_NO_FAULT);
     }
-    if (axis_fabric_doubted(a)) {
+    if (axis_fabric_is_untrusted(a)) {
         return outcome_of(ERROR_FABRIC_DOUBTED);
     }
     enum error problem = device_error();
@@ -252,7 +251,7 @@ struct outcome drive_choose_reaction(struct axis *a, enum fault cause, enum reac
     return OUTCOME_OK;
 }
 
-/* ==== what they mean for the retries ==== */
+/* ==== their effect on retries ==== */
 
 void retry_withdraw(struct retry *r)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What every thread request begins and ends with: firmware/axis/axis.h says how they work. */
+/* Common parts of the thread's requests (drive.h). */
 #ifndef FIRMWARE_DRIVE_REQUESTS_H
 #define FIRMWARE_DRIVE_REQUESTS_H
 
@@ -12,13 +12,13 @@
 struct axis;
 struct tuning;
 
-/* Twice what a live slow loop needs: each pass of the wait takes at least five cycles. */
-#define REQUEST_PATIENCE_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
+/* Two periods of the slow loop: each poll takes at least five cycles. */
+#define REQUEST_TIMEOUT_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
 
-/* Waits until the previous request has been taken; false if it never is. Thread. */
+/* Waits until the previous request has been taken; false on time-out. Thread. */
 bool request_settled(const struct axis *a);
 
-/* The slow loop runs before or after what is done between these two, never in between. The current loop runs on. */
+/* Masks the slow loop between these two; the current loop is not masked. */
 uint32_t request_hold(void);
 void request_release(uint32_t before);
 

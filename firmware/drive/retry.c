@@ -1,33 +1,33 @@
 /* SPDX-License-Identifier: MIT */
-/* The thread's part of retry.h: when to clear, and when to switch on again. */
+/* When to clear a fault, and when to switch on again. */
 #include "firmware/drive/drive.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
 #define GOOD_MS 10000u
 
-/* Without an encoder most passing faults are a lost rotor, by whatever name; it is caught turning and need not stop. */
+/* Without an encoder most transient faults come from a lost rotor: it is caught turning (flying start) and need not stop. */
 static void remember_target(struct axis *a)
 {
     a->retry.resumes = !rotor_has_encoder(a) && a->mode == AXIS_MODE_SPEED;
     a->retry.resume_rpm_q16 = a->speed.target_rpm_q16;
 }
 
-/* Meanwhile the operator may have lowered the limit: then it is for the operator to say what now. */
+/* If speed_max_rpm has been lowered below the target meanwhile, the restart is cancelled. */
 static bool target_is_allowed(const struct axis *a)
 {
     return !a->retry.resumes || q15_abs(a->retry.resume_rpm_q16) <= a->params.speed_max_rpm * 65536;
 }
 
-/* Beyond the checks of `clear` and `on`. */
+/* In addition to the checks of `clear` and `on`. */
 static bool cause_is_gone(const struct axis *a)
 {
     return a->thermal.factor_q15 == Q15_ONE;
 }
 
 /*
- * A fault that may pass is latched and retries are left: it is cleared after the delay. Not in a drive that has carried on: a
- * retry would start with the encoder again.
+ * Clears a latched transient fault after the delay, while retries are left. Not after a failover: a retry would start with the
+ * faulty encoder again.
  */
 static void clear_when_due(struct axis *a)
 {
@@ -70,6 +70,6 @@ void drive_retry(struct axis *a)
     if (a->state == AXIS_FAULT && a->request == AXIS_REQUEST_NONE) {
         clear_when_due(a);
     } else if (a->retry.due && drive_is_off(a)) {
-        (void)drive_switch_on(a); /* refused, the cause is still there: the next time round */
+        (void)drive_switch_on(a); /* if refused, it is repeated in the next pass */
     }
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Whether the drive may switch on by itself: after a fault that may pass, while retries are left, as long as the operator's
- * last word is "operate". All of it is the thread's; the slow loop reads `start_rpm_q16`.
+ * Automatic restart after a transient fault, while retries are left and the operator's last command was to operate. Written by
+ * the thread only; the slow loop reads `start_rpm_q16`.
  */
 #ifndef FIRMWARE_DRIVE_RETRY_H
 #define FIRMWARE_DRIVE_RETRY_H
@@ -12,27 +12,28 @@
 struct axis;
 
 struct retry {
-    bool wanted;         /* an accepted `on`, or all enable bits: off, quick stop, clear and a missing bit end it */
+    /* operation is commanded: set by an accepted `on` or all enable bits; reset by off, quick stop, clear or a missing bit */
+    bool wanted;
     bool waiting;        /* for the delay to pass */
-    bool due;            /* cleared without a person: the drive switches on as soon as it can */
-    uint32_t count;      /* since the last 10 s of good operation, or a person's `clear` */
+    bool due;            /* cleared automatically: the drive switches on as soon as possible */
+    uint32_t count;      /* retries since the last 10 s of fault-free operation, or `clear` */
     uint32_t latched_ms; /* when the fault was seen */
     uint32_t good_since_ms;
-    bool resumes; /* towards the speed last asked for: */
+    bool resumes; /* continues towards the last speed set-point: */
     int32_t resume_rpm_q16;
-    int32_t start_rpm_q16; /* operation begins with this target */
+    int32_t start_rpm_q16; /* initial speed target of operation */
 };
 
-/* Nothing switches on by itself from here on, whatever it was waiting for. */
+/* Cancels any automatic restart. */
 void retry_withdraw(struct retry *r);
 
-/* A person has cleared the fault: the same, and the count starts over. */
+/* The operator has cleared the fault: the same, and resets the count. */
 void retry_forget(struct retry *r);
 
-/* An `on` is accepted: by the operator, or by this. */
+/* An `on` was accepted, from the operator or a retry. */
 void retry_accept(struct retry *r);
 
-/* Clears what may be cleared and switches on again when it is time. Thread, whenever it has time. */
+/* Clears the fault and switches on again after the delay. Thread, in its idle loop. */
 void drive_retry(struct axis *a);
 
 #endif

@@ -6,9 +6,9 @@
 #include "firmware/settings/features.h"
 #include "lib/q15.h"
 
-#define SOFTENED_Q8 179 /* 0.7 */
+#define REDUCED_Q8 179 /* 0.7 */
 
-void retune_to(struct axis *a, const struct tuning *t)
+void retune_all(struct axis *a, const struct tuning *t)
 {
     a->tuning = *t;
     speed_loop_tune(&a->speed, t);
@@ -22,10 +22,10 @@ void retune_source(struct axis *a, uint32_t angle_source, int32_t speed_ki_min_q
 
 static int32_t gain_reductions(int32_t gain)
 {
-    return q15_max((int32_t)(((int64_t)gain * SOFTENED_Q8) >> 8), 1);
+    return q15_max((int32_t)(((int64_t)gain * REDUCED_Q8) >> 8), 1);
 }
 
-void retune_softened(struct axis *a)
+void retune_reduced_gains(struct axis *a)
 {
     struct tuning *const t = &a->tuning;
     t->speed_accel_q8 = gain_reductions(t->speed_accel_q8);
@@ -37,8 +37,8 @@ void retune_softened(struct axis *a)
 #define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
 
 /*
- * Until the next conversion, within a PWM period, the fabric's latched count has the old setting: the slow loop would take the
- * difference for a jerk of the shaft, and end in an over-speed.
+ * Waits for the next conversion, within a PWM period: until then the fabric's latched count has the old setting, and the slow
+ * loop would report an over-speed.
  */
 static void wait_for_count(const struct encoder_regs *encoder)
 {
@@ -47,8 +47,8 @@ static void wait_for_count(const struct encoder_regs *encoder)
     }
 }
 
-/* Any change in the encoder's setting voids the alignment. */
-void adopt_tuning(struct axis *a, const struct tuning *t)
+/* Any change of the encoder's setting invalidates the alignment. */
+void apply_tuning(struct axis *a, const struct tuning *t)
 {
     if (t->angle_source != a->tuning.angle_source) {
         start_forget(a);
@@ -69,10 +69,10 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
     }
     if (source_has(t->angle_source, SOURCE_SWITCHES)) {
         struct hall_table table;
-        (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
+        (void)hall_table_of(&a->params, &table); /* checked with the tuning */
         hall_take_table(&a->hall, &table, t);
     }
-    a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
-    retune_to(a, t);
+    a->start.recheck_wiring = a->start.recheck_wiring || t->samples > a->tuning.samples;
+    retune_all(a, t);
     thermal_tune(&a->thermal, &a->params);
 }

@@ -11,13 +11,13 @@
 
 static const struct start_source *const start_sources[] = {SOURCES(SOURCE_START)};
 
-/* The tuning has refused a source that the build leaves out. */
+/* A source that the build leaves out is refused by the tuning. */
 static const struct start_source *source_of(const struct axis *a)
 {
     return start_sources[a->tuning.angle_source];
 }
 
-/* None until the tuning is of a source that is built in. */
+/* NULL until a tuning with a supported source is in effect. */
 void start_source_before(struct axis *a)
 {
     if (source_of(a) != NULL) {
@@ -59,8 +59,8 @@ static void step_calibration(struct axis *a)
     }
 }
 
-/* True of a rotor that its source sees driven: turning magnets induce currents of any sign. */
-static bool load_shows(struct axis *a)
+/* True if a load drives the rotor: its EMF drives currents of any sign, which look like wrong wiring. */
+static bool is_driven_by_load(struct axis *a)
 {
     const struct start_source *const source = source_of(a);
     const bool driven = source->driven != NULL && source->driven(a);
@@ -70,17 +70,17 @@ static bool load_shows(struct axis *a)
     return driven;
 }
 
-/* A sign or an order is looked at twice. */
-static void wiring_looks(struct axis *a, enum fault fault)
+/* A wrong sign or order is tested twice. */
+static void wiring_failed(struct axis *a, enum fault fault)
 {
     struct start *const s = &a->start;
-    if (load_shows(a)) {
+    if (is_driven_by_load(a)) {
         return;
     }
-    if (fault != FAULT_OPEN_PHASE && !s->wiring.patient) {
+    if (fault != FAULT_OPEN_PHASE && !s->wiring.slow) {
         wiring_start(&s->wiring, true);
-    } else if (source_of(a)->doubt != NULL) {
-        source_of(a)->doubt(a, fault);
+    } else if (source_of(a)->wiring_failed != NULL) {
+        source_of(a)->wiring_failed(a, fault);
     } else {
         fault_raise_with(a, fault, s->wiring.phase, 0);
     }
@@ -89,22 +89,22 @@ static void wiring_looks(struct axis *a, enum fault fault)
 static void step_wiring(struct axis *a)
 {
     struct start *const s = &a->start;
-    if (s->wiring.patient && load_shows(a)) {
+    if (s->wiring.slow && is_driven_by_load(a)) {
         return;
     }
     switch (wiring_step(&s->wiring, &a->loop, &a->tuning, &a->fabric->adc)) {
     case WIRING_GOOD:
-        s->unseen = false;
+        s->recheck_wiring = false;
         source_of(a)->wired(a);
         break;
     case WIRING_OPEN:
-        wiring_looks(a, FAULT_OPEN_PHASE);
+        wiring_failed(a, FAULT_OPEN_PHASE);
         break;
     case WIRING_SIGN:
-        wiring_looks(a, FAULT_SENSOR_SIGN);
+        wiring_failed(a, FAULT_SENSOR_SIGN);
         break;
     case WIRING_EXCHANGED:
-        wiring_looks(a, FAULT_SENSORS_EXCHANGED);
+        wiring_failed(a, FAULT_SENSORS_EXCHANGED);
         break;
     case WIRING_RUNNING:
     default:
@@ -112,13 +112,13 @@ static void step_wiring(struct axis *a)
     }
 }
 
-/* The rotor is at rest, and the bridge off for some microseconds: changes the encoder scale and the frame. */
+/* With the rotor at rest and the bridge off for some microseconds: changes encoder scale and frame. */
 static void start_take_over(struct axis *a)
 {
     struct identify *const d = &a->identify;
     const uint32_t angle_q32 = identify_angle_q32(d, &a->loop);
     current_loop_off(&a->loop, a->fabric);
-    retune_to(a, &d->tuning);
+    retune_all(a, &d->tuning);
     current_loop_tune(&a->loop, &a->tuning);
     (void)encoder_init(&a->fabric->encoder, (uint32_t)d->params.encoder_counts, d->backwards);
     speed_estimate_reset(&a->speed.estimate);

@@ -41,14 +41,14 @@ static void take_offset_from_index(struct axis *a)
     }
 }
 
-/* It takes an alignment. */
+/* The next start aligns. */
 static void start_forget_offset(struct start *s)
 {
     s->aligned = false;
     s->remembered = false;
 }
 
-/* ---- doubt ---- */
+/* ---- after a fault ---- */
 
 /* The encoder's count no longer matches the alignment. */
 static bool loses_count(enum fault cause)
@@ -57,7 +57,7 @@ static bool loses_count(enum fault cause)
            cause == FAULT_ENCODER_COUNTS;
 }
 
-/* What a wrong offset may look like, by whatever name: not a cable that is cut, which the signals show. */
+/* Faults that a wrong offset can cause; not a cut cable, which the signals show. */
 static bool may_be_offset(enum fault cause)
 {
     return (loses_count(cause) && cause != FAULT_ENCODER) || cause == FAULT_STALL || cause == FAULT_SPEED_DEVIATION ||
@@ -65,7 +65,7 @@ static bool may_be_offset(enum fault cause)
            cause == FAULT_OSCILLATION || cause == FAULT_HOMING;
 }
 
-void start_doubt(struct axis *a, enum fault cause)
+void start_forget_after(struct axis *a, enum fault cause)
 {
     struct start *const s = &a->start;
     if (cause == FAULT_OFFSET || (s->remembered && may_be_offset(cause))) {
@@ -77,15 +77,15 @@ void start_doubt(struct axis *a, enum fault cause)
     }
 }
 
-/* ---- the way ---- */
+/* ---- the phases of a start ---- */
 
-/* Signals that were lost while nothing was on are no fault any more, but counts may be: it is aligned as after one. */
+/* Signals lost while the bridge was off are no fault, but counts may be missing: aligns again. */
 static void forget_lost_signals(struct axis *a)
 {
     struct encoder_regs *const encoder = &a->fabric->encoder;
     if ((encoder_status(encoder) & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
         encoder_clear(encoder, ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);
-        start_doubt(a, FAULT_ENCODER);
+        start_forget_after(a, FAULT_ENCODER);
     }
 }
 
@@ -98,7 +98,7 @@ static void encoder_begin(struct axis *a)
     a->start.tries = 0;
 }
 
-/* In counts, since the zero measurement began: the shorter way round. */
+/* Counts since the zero measurement began: the shorter direction around the turn. */
 static int32_t moved(const struct axis *a)
 {
     const int32_t way = (int32_t)latched(a) - (int32_t)a->start.latched;
@@ -118,7 +118,7 @@ static void wait_for_rest(struct axis *a)
     s->phase = START_CALIBRATE;
 }
 
-/* An aligned drive may start while turning; if the angle must be found, the rotor must stand, or is caught. */
+/* An aligned drive may start while turning; otherwise the rotor must be at rest for alignment. */
 static void encoder_calibrated(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -134,7 +134,7 @@ static void encoder_calibrated(struct axis *a)
     }
 }
 
-/* A third of an electrical turn: few test currents turn a rotor that far, and turning magnets induce currents of any sign. */
+/* More than a third of an electrical turn: test currents rarely turn a rotor that far, so a load drives it. */
 static bool encoder_driven(const struct axis *a)
 {
     if (a->identify.running) {
@@ -172,7 +172,7 @@ static void step_alignment(struct axis *a)
     }
 }
 
-/* Turning too slowly to show its angle, it may come to rest, or turn faster; one at rest that nothing moves is aligned. */
+/* A rotor that turns too slowly to show its angle is checked again; one at rest that does not move is aligned. */
 static void look_again(struct axis *a)
 {
     if (a->start.check.turns) {
@@ -191,7 +191,7 @@ static void step_check(struct axis *a)
     case OFFSET_WRONG:
         fault_raise_with(a, FAULT_OFFSET, o->off_deg, 0);
         break;
-    case OFFSET_UNSEEN:
+    case OFFSET_UNKNOWN:
         look_again(a);
         break;
     case OFFSET_RIGHT:

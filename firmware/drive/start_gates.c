@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What a start knows, and how it switches the bridge on. */
+/* A start's knowledge of the encoder, and switching the bridge on. */
 #include "firmware/axis/axis.h"
 #include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
@@ -23,7 +23,7 @@ void start_follow(struct axis *a, enum loop_source source)
     const enum loop_source before = a->loop.source;
     current_loop_off(&a->loop, a->fabric);
     if (current_loop_select(&a->loop, a->fabric, source)) {
-        if (counts_lead(source) && !counts_lead(before)) { /* until now the PLL had another source's angle */
+        if (counts_lead(source) && !counts_lead(before)) { /* until now the PLL tracked another source */
             current_loop_place(&a->loop, encoder_latched(&a->fabric->encoder) * a->loop.encoder_scale_q32, 0);
         }
         current_loop_on(&a->loop, a->fabric, &a->tuning);
@@ -35,7 +35,7 @@ void start_follow(struct axis *a, enum loop_source source)
 void start_open_gates(struct axis *a)
 {
     struct start *const s = &a->start;
-    const bool known = s->aligned && !s->unseen;
+    const bool known = s->aligned && !s->recheck_wiring;
     if (rotor_is_sensorless(a)) {
         start_follow(a, LOOP_OBSERVER);
     } else {

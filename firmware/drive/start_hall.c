@@ -6,10 +6,9 @@
 #include "firmware/drive/start.h"
 #include "firmware/source/rotor.h"
 
-#define FILTER_STEPS \
-    20u /* 3.2 us: a sixth of a degree at 150 Hz, and longer than what a leg's edge couples into a wire */
-#define PLAYED       3u /* samples from a set of integrals to the voltages that they make */
-#define TURNS_COUNTS 2  /* sectors since the start began: it turns, so the wiring cannot be tested */
+#define FILTER_STEPS 20u /* 3.2 us: a sixth of a degree at 150 Hz, and longer than a PWM edge couples into the wires */
+#define PLAYED       3u  /* samples from setting the integrals to the PWM output */
+#define TURNS_COUNTS 2   /* sectors since the start began: the rotor turns, so the wiring cannot be tested */
 
 void start_filter_hall(struct axis *a)
 {
@@ -44,7 +43,7 @@ int32_t start_hall_moved(const struct axis *a)
     return moved < 0 ? -moved : moved;
 }
 
-/* The gates open right after a sample, when the PWM already outputs the EMF: a turning rotor sees no current step. */
+/* The gates switch on right after a sample, when the PWM already outputs the EMF: no current step with a turning rotor. */
 static void hall_start_lead(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
@@ -53,7 +52,7 @@ static void hall_start_lead(struct axis *a)
     }
     current_loop_arm(&a->loop, a->fabric, &a->tuning);
     emf_pulse_wait(a->fabric, PLAYED);
-    (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
+    (void)bridge_enable(&a->loop, a->fabric); /* if refused, the next step finds the fault */
     hall_watch_begin(a);
     a->start.phase = START_HALL;
 }
@@ -72,7 +71,7 @@ void start_hall(struct axis *a)
         look_at_wiring(a);
     } else if (!hall_state_is_valid(&a->hall, state)) {
         fault_raise_with(a, FAULT_HALL_INVALID, (int32_t)state, 0);
-    } else if ((a->start.wired && !a->start.unseen) || start_hall_moved(a) >= TURNS_COUNTS) {
+    } else if ((a->start.wired && !a->start.recheck_wiring) || start_hall_moved(a) >= TURNS_COUNTS) {
         hall_start_lead(a);
     } else {
         look_at_wiring(a);
@@ -88,10 +87,10 @@ void start_hall_wired(struct axis *a)
     }
     start_follow(a, LOOP_HALL);
     sensorless_begin(a);
-    a->start.phase = START_LAY_HALL;
+    a->start.phase = START_ALIGN_HALL;
 }
 
-static bool step_laying(struct axis *a)
+static bool step_hall_alignment(struct axis *a)
 {
     if (sensorless_align(a)) {
         hall_learn_begin(&a->hall_learn);
@@ -100,7 +99,7 @@ static bool step_laying(struct axis *a)
     return false;
 }
 
-static bool step_learning(struct axis *a)
+static bool step_hall_learning(struct axis *a)
 {
     struct hall_learn *const l = &a->hall_learn;
     switch (hall_learn_step(l, &a->loop, &a->fabric->encoder, &a->tuning)) {
@@ -122,7 +121,7 @@ static bool step_learning(struct axis *a)
     }
 }
 
-/* Few test currents turn a rotor by more than a sector. */
+/* Test currents rarely turn a rotor by more than a sector. */
 static bool hall_driven(const struct axis *a)
 {
     return start_hall_moved(a) > 2;
@@ -130,16 +129,16 @@ static bool hall_driven(const struct axis *a)
 
 static bool hall_holds_voltage(const struct axis *a)
 {
-    return a->start.phase == START_LAY_HALL;
+    return a->start.phase == START_ALIGN_HALL;
 }
 
 bool start_hall_step(struct axis *a)
 {
     switch (a->start.phase) {
-    case START_LAY_HALL:
-        return FEATURE_IN(LEARN) && step_laying(a);
+    case START_ALIGN_HALL:
+        return FEATURE_IN(LEARN) && step_hall_alignment(a);
     case START_LEARN_HALL:
-        return FEATURE_IN(LEARN) && step_learning(a);
+        return FEATURE_IN(LEARN) && step_hall_learning(a);
     case START_HALL:
     default:
         return true;

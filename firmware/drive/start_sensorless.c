@@ -5,26 +5,26 @@
 
 static void sensorless_begin_start(struct axis *a)
 {
-    a->start.doubted = FAULT_NONE; /* nothing shows the rotor yet */
+    a->start.suspected = FAULT_NONE; /* the rotor's motion is not known yet */
 }
 
 static void sensorless_calibrated(struct axis *a)
 {
-    injection_reset(&a->loop, &a->tuning); /* left over from last time */
+    injection_reset(&a->loop, &a->tuning); /* of the last start */
     flying_begin(a);
     a->start.phase = START_CATCH;
 }
 
-/* Switches off, and the EMF tells whether the rotor is driven, which looks like wrong wiring. */
-static void sensorless_doubt(struct axis *a, enum fault fault)
+/* Switches off and checks the EMF: a driven rotor looks like wrong wiring. */
+static void sensorless_wiring_failed(struct axis *a, enum fault fault)
 {
     current_loop_off(&a->loop, a->fabric);
     flying_begin(a);
-    a->start.doubted = fault;
-    a->start.phase = START_DOUBT;
+    a->start.suspected = fault;
+    a->start.phase = START_CHECK_TURNING;
 }
 
-/* Injection needs a measurement at rest; without it a reluctance rotor cannot be led through standstill. */
+/* Injection is calibrated at rest; without it a reluctance rotor cannot be controlled at standstill. */
 static bool may_lead(struct axis *a)
 {
     if (a->tuning.reluctant) {
@@ -45,13 +45,13 @@ static bool step_catch(struct axis *a)
     return result == FLYING_CAUGHT && may_lead(a);
 }
 
-static void step_doubt(struct axis *a)
+static void step_check_turning(struct axis *a)
 {
     const enum flying_result result = flying_step(a);
     if (result == FLYING_CAUGHT) {
         fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
     } else if (result == FLYING_STANDS) {
-        fault_raise_with(a, a->start.doubted, a->start.wiring.phase, 0);
+        fault_raise_with(a, a->start.suspected, a->start.wiring.phase, 0);
     }
 }
 
@@ -61,7 +61,7 @@ static void begin_field(struct axis *a)
     a->start.phase = START_FIELD;
 }
 
-/* The wiring is right, so it was not that: the refusal stands. */
+/* The wiring is right: the refusal is reported. */
 static void raise_saliency(struct axis *a)
 {
     const int32_t detail_q8 = a->injection.detail_q8;
@@ -71,7 +71,7 @@ static void raise_saliency(struct axis *a)
 void start_sensorless_wired(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning);
-    if (FEATURE_IN(INJECTION) && a->start.doubted == FAULT_SALIENCY) {
+    if (FEATURE_IN(INJECTION) && a->start.suspected == FAULT_SALIENCY) {
         raise_saliency(a);
         return;
     }
@@ -84,7 +84,7 @@ void start_sensorless_wired(struct axis *a)
     a->start.phase = START_INJECTION;
 }
 
-/* A motor that a prescribed field can hold does without injection; for others it was the only way. */
+/* Falls back to I-f control, if a prescribed field can hold this motor; otherwise the start fails. */
 static void do_without_injection(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning);
@@ -92,7 +92,7 @@ static void do_without_injection(struct axis *a)
     begin_field(a);
 }
 
-/* A phase lost since its test carries none of the sweep, which looks like too little saliency: it is tested once more. */
+/* A phase lost since the wiring test looks like too little saliency: the wiring is tested again. */
 static void refuse_saliency(struct axis *a)
 {
     if (!a->tuning.reluctant) {
@@ -100,7 +100,7 @@ static void refuse_saliency(struct axis *a)
         return;
     }
     injection_reset(&a->loop, &a->tuning);
-    a->start.doubted = FAULT_SALIENCY;
+    a->start.suspected = FAULT_SALIENCY;
     start_open_gates(a);
 }
 
@@ -137,8 +137,8 @@ bool start_sensorless_step(struct axis *a)
     switch (a->start.phase) {
     case START_CATCH:
         return step_catch(a);
-    case START_DOUBT:
-        step_doubt(a);
+    case START_CHECK_TURNING:
+        step_check_turning(a);
         return false;
     case START_INJECTION:
         return FEATURE_IN(INJECTION) && step_injection(a);
@@ -163,6 +163,6 @@ const struct start_source start_by_observer = {.before = rotor_take_speed,
                                                .begin = sensorless_begin_start,
                                                .calibrated = sensorless_calibrated,
                                                .wired = start_sensorless_wired,
-                                               .doubt = sensorless_doubt,
+                                               .wiring_failed = sensorless_wiring_failed,
                                                .step = start_sensorless_step,
                                                .holds_voltage = start_sensorless_holds_voltage};

@@ -20,7 +20,7 @@ bool states_are_running(const struct axis *a)
 
 /* ---- guards and actions ---- */
 
-/* The fabric takes the settings, or a fault is latched and ends what has begun. */
+/* Writes the settings to the fabric; a failure latches a fault. */
 static void set_fabric(struct axis *a)
 {
     struct fabric *const f = a->fabric;
@@ -36,16 +36,16 @@ static void set_fabric(struct axis *a)
 
 static void make_ready_with(struct axis *a, const struct tuning *t)
 {
-    adopt_tuning(a, t);
+    apply_tuning(a, t);
     set_fabric(a);
-    a->pace_chosen_ms = a->time_ms; /* a carrier may have rested, and the pace may be another */
+    a->rate_chosen_ms = a->time_ms; /* the carrier may have stopped, or its rate changed */
     current_loop_tune(&a->loop, &a->tuning);
     fault_forget_warnings(&a->reports);
     a->reactions.gain_reductions = 0;
     failover_reset(a);
     handover_forget(&a->handover);
     a->start.learns = false;
-    a->speed.target_rpm_q16 = a->retry.start_rpm_q16; /* a fault in this start would have the last one's to go on to */
+    a->speed.target_rpm_q16 = a->retry.start_rpm_q16; /* a retry after a fault in this start uses this target */
 }
 
 static void make_ready(struct axis *a)
@@ -59,7 +59,7 @@ static void make_ready_to_learn(struct axis *a)
     a->start.learns = true;
 }
 
-/* Nothing known of the encoder holds. */
+/* Discards what is known of the encoder. */
 static void make_ready_to_identify(struct axis *a)
 {
     start_forget(a);
@@ -116,7 +116,7 @@ static void begin_quick_stop(struct axis *a)
     a->unlimited_braking_ms = 0;
 }
 
-/* Nothing that was asked before counts any more. */
+/* Drops pending requests and set-points. */
 static void react_to_fault(struct axis *a)
 {
     bridge_off(a);
@@ -124,7 +124,7 @@ static void react_to_fault(struct axis *a)
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
     a->failover.pending = FAULT_NONE;
-    start_doubt(a, (enum fault)a->faults.cause);
+    start_forget_after(a, (enum fault)a->faults.cause);
 }
 
 static bool fault_is_latched(struct axis *a)
@@ -145,10 +145,10 @@ struct transition {
     void (*action)(struct axis *a);
 };
 
-/* The first that fits counts. docs/states.md: tests/tools/states_page.py reads one row a line. */
+/* The first matching row applies. tests/tools/states_page.py reads one row a line for docs/states.md. */
 static const struct transition transition_table[] = {
     {IN(NOT_READY), DRIVE_EVENT_BOOTED, AXIS_SWITCH_ON_DISABLED, NULL, NULL},
-    {IN(NOT_READY), DRIVE_EVENT_DOUBTED, AXIS_FAULT, NULL, NULL},
+    {IN(NOT_READY), DRIVE_EVENT_UNTRUSTED, AXIS_FAULT, NULL, NULL},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_ON, AXIS_READY, NULL, make_ready},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_IDENTIFY, AXIS_READY, NULL, make_ready_to_identify},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_LEARN_HALL, AXIS_READY, NULL, make_ready_to_learn},
@@ -206,7 +206,7 @@ static enum drive_event in_operation(struct axis *a)
     return DRIVE_EVENT_NONE;
 }
 
-/* Time at the braking limit is not counted: the stop then takes as long as the limits require. */
+/* Time at the braking limit does not count: the stop then takes as long as the limits require. */
 static bool stop_takes_too_long(struct axis *a)
 {
     a->stopping_ms++;
@@ -248,14 +248,14 @@ static void step_state(struct axis *a)
 
 /* ---- a fault, a request ---- */
 
-/* A controlled stop is valid as long as nothing else has switched the bridge off, and nobody asks for that. */
+/* A controlled stop continues unless the bridge is off or `off` is requested. */
 static bool stops_under_control(const struct axis *a)
 {
     return a->reactions.stopping && states_are_running(a) && a->request != AXIS_REQUEST_OFF &&
            (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) != 0u;
 }
 
-/* True if the bridge has gone off because of it: nothing more happens in this step. */
+/* True if it has switched the bridge off: the step ends. */
 static bool take_fault(struct axis *a)
 {
     if (stops_under_control(a)) {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive's state machine, named as in CiA 402 (IEC 61800-7-201): one table of state, event, guard, action and next state.
- * What a state does in each millisecond ends in an event, too. docs/states.md is drawn from the table.
+ * The drive's state machine, named as in CiA 402 (IEC 61800-7-201): one table of state, event, guard, action and next state. A
+ * state's work in each millisecond returns an event, too. docs/states.md is drawn from the table.
  *
- * Requests were checked when made, against a state that still holds unless a fault or the end of a stop has come in between: an
- * event that the present state has no row for changes nothing.
+ * Requests were checked when made; if a fault or the end of a stop has changed the state since, an event without a row for the
+ * new state is ignored.
  */
 #ifndef FIRMWARE_DRIVE_STATES_H
 #define FIRMWARE_DRIVE_STATES_H
@@ -16,7 +16,7 @@ struct axis;
 enum drive_event {
     DRIVE_EVENT_NONE,
     DRIVE_EVENT_BOOTED,     /* start-up trusts the fabric */
-    DRIVE_EVENT_DOUBTED,    /* it does not */
+    DRIVE_EVENT_UNTRUSTED,  /* it does not */
     DRIVE_EVENT_ON,         /* requests: `on`, */
     DRIVE_EVENT_IDENTIFY,   /* `identify`, */
     DRIVE_EVENT_LEARN_HALL, /* `learn hall`, */
@@ -26,10 +26,10 @@ enum drive_event {
     DRIVE_EVENT_SOURCE,     /* a hand-over to another source of the angle */
     DRIVE_EVENT_STARTING,   /* the settings are in effect */
     DRIVE_EVENT_STARTED,    /* the start sequence is through */
-    DRIVE_EVENT_STOPPED,    /* the shaft stands, or the stop has taken too long */
+    DRIVE_EVENT_STOPPED,    /* standstill, or the stop has timed out */
     DRIVE_EVENT_FAULT_STOP, /* a fault is latched whose reaction is a controlled stop */
     DRIVE_EVENT_FAULT,      /* a fault is latched */
-    DRIVE_EVENT_GATES_SHUT, /* and the gates are known to be */
+    DRIVE_EVENT_GATES_SHUT, /* and the gates are off */
 };
 
 /* Takes the first row for the present state whose guard holds; false if there is none. Slow loop; thread before it runs. */

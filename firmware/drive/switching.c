@@ -11,7 +11,7 @@ static struct outcome forbidden(const struct axis *a)
     return problem.error != ERROR_NONE ? problem : outcome_of(drive_state_forbids_on(a));
 }
 
-/* The tuning from the parameters, and whether they allow it. Padding is copied, too: an axis must hold no stack bytes. */
+/* The tuning from the parameters, and whether they allow it. Padding is copied, too: no stale stack bytes in an axis. */
 static struct outcome switching_tune(struct axis *a)
 {
     a->switching.tuning = a->tuning;
@@ -33,7 +33,7 @@ struct outcome drive_switch_on(struct axis *a)
     a->switching.begun_ms = a->time_ms;
     struct outcome problem = switching_tune(a);
     if (problem.error == ERROR_NONE) {
-        problem = forbidden(a); /* checked again at the end; a refusal need not wait until then */
+        problem = forbidden(a); /* checked again at the end; this refuses early */
     }
     if (problem.error == ERROR_NONE) {
         torque_build_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
@@ -44,7 +44,7 @@ struct outcome drive_switch_on(struct axis *a)
     return problem;
 }
 
-/* All is computed. Meanwhile a fault may have come, or the bus may have changed. */
+/* All tables are built; checks again for faults and the bus voltage. */
 static struct outcome request(struct axis *a, enum axis_request what)
 {
     const uint32_t held = request_hold();

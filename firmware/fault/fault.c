@@ -105,7 +105,7 @@ static void take_snapshot(struct axis *a)
 
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
-    if (axis_fabric_doubted(a)) { /* the gates are off since the reset, and there is nothing to read */
+    if (axis_fabric_is_untrusted(a)) { /* the gates are off since the reset, and there is nothing to read */
         const bool none = a->faults.cause == FAULT_NONE;
         a->faults.cause = none ? cause : a->faults.cause;
         a->faults.count += none ? 1u : 0u;
@@ -143,7 +143,7 @@ void fault_forget(struct axis *a)
 void fault_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
     bridge_lock_out(&a->loop); /* before the gates: a lower level must not enable them again in between */
-    if (!axis_fabric_doubted(a)) {
+    if (!axis_fabric_is_untrusted(a)) {
         gate_disable(&a->fabric->gate);
     }
     (void)fault_latch(a, cause, detail_0, detail_1);

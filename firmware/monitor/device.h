@@ -5,13 +5,15 @@
 
 #include "firmware/fault/fault.h"
 
-/* Forbids every access below the main stack; false if the core cannot. Once, early. */
+/* Protects the area below the main stack by the MPU; false if there is none. Once, early. */
 bool device_guard_stack(void);
 
-/* The first of FAULT_CLOCK, FAULT_STACK_GUARD, FAULT_WATCHDOG_OFF that applies now, or FAULT_NONE. Touches no fabric. */
+/*
+ * The first of FAULT_CLOCK, FAULT_STACK_GUARD, FAULT_WATCHDOG_OFF that applies now, or FAULT_NONE. Accesses no fabric register.
+ */
 enum fault device_fault(void);
 
-/* After how long the watchdog resets a device whose program hangs, as the design has it; 0: it does not. */
+/* Time-out of the watchdog as configured in the design; 0: it does not reset. */
 uint32_t device_watchdog_ms(void);
 
 #endif

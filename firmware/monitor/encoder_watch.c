@@ -9,14 +9,14 @@
 
 /* ==== lost counts, by the EMF ==== */
 
-#define MEAN_SHIFT  3 /* steps remembered, by the EMF's filter: 16, up to 128 */
-#define LEAST_SHIFT 5 /* a 32nd of the bus: less EMF tells nothing */
-#define DEAD_SHIFT  8 /* of the bus: what the dead time changes by */
-#define SAME_SHIFT  2 /* a quarter more or less current, and of speed half of that, is the same */
+#define MEAN_SHIFT  3 /* steps averaged, by the EMF's filter: 16, up to 128 */
+#define MIN_SHIFT   5 /* a 32nd of the bus: less EMF is not evaluated */
+#define DEAD_SHIFT  8 /* of the bus: variation of the dead-time error */
+#define SAME_SHIFT  2 /* operating point unchanged: current within a quarter, speed within an eighth */
 #define NOISE_SHIFT 5 /* and a 32nd of i_max */
-#define ELSEWHERE   8 /* steps: a count that was lost kicks speed and currents for less */
+#define ELSEWHERE   8 /* steps: a lost count disturbs speed and currents for less */
 #define STEPS       3
-#define LARGEST_Q15 131071
+#define MAX_Q15     131071
 
 struct slip_view {
     int32_t i_d_q15, i_q_q15, w_q15;
@@ -50,18 +50,18 @@ static bool at_same_point(const struct slip_watch *s, const struct slip_view *v,
            is_same(v->i_q_ref_q15, s->i_q_q15, SAME_SHIFT, noise_q15);
 }
 
-/* A count that was lost turns the frame, too: for some milliseconds the current is not what is asked for. */
+/* A lost count turns the frame, too: the currents deviate from their references for some milliseconds. */
 static bool is_kicked(const struct slip_view *v, const struct tuning *t)
 {
     const int32_t noise_q15 = t->i_max_q15 >> NOISE_SHIFT;
     return !is_same(v->i_q_q15, v->i_q_ref_q15, SAME_SHIFT, noise_q15);
 }
 
-/* w Lq i_q at the Lq that was known. */
+/* w Lq i_q at the stored Lq. */
 static int32_t reaction_q15(const struct slip_watch *s, int32_t w_q15, int32_t i_q_q15)
 {
     const int64_t reaction = ((int64_t)((w_q15 * i_q_q15) >> 15) * (s->lq_q19 >> 8)) >> 11;
-    return reaction > LARGEST_Q15 ? LARGEST_Q15 : (reaction < -LARGEST_Q15 ? -LARGEST_Q15 : (int32_t)reaction);
+    return reaction > MAX_Q15 ? MAX_Q15 : (reaction < -MAX_Q15 ? -MAX_Q15 : (int32_t)reaction);
 }
 
 static int32_t across_q15(const struct slip_watch *s, const struct slip_view *v, const struct tuning *t)
@@ -69,7 +69,7 @@ static int32_t across_q15(const struct slip_watch *s, const struct slip_view *v,
     return v->v_d_q15 - ((t->r_q12 * v->i_d_q15) >> 12) + reaction_q15(s, v->w_q15, v->i_q_q15);
 }
 
-/* 11 degrees of the EMF, and what may be unknown of a change: half of the reaction's, half of the resistance. */
+/* 11 degrees of the EMF, plus uncertainty of a change: half of the reaction's, half of the resistance. */
 static int32_t allowed_q15(const struct slip_watch *s, const struct slip_view *v, const struct emf *e,
                            const struct tuning *t, int32_t vbus_q15)
 {
@@ -92,7 +92,7 @@ bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile s
 {
     const struct slip_view v = point_now(c);
     const int32_t steps_shift = MEAN_SHIFT + (int32_t)e->filter_shift;
-    if (e->expected_q15 <= c->vbus_q15 >> LEAST_SHIFT) {
+    if (e->expected_q15 <= c->vbus_q15 >> MIN_SHIFT) {
         s->steps = 0;
         return false;
     }
@@ -120,9 +120,9 @@ bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile s
 
 /* ==== the encoder ==== */
 
-/* ==== where an encoder begins anew ==== */
+/* ==== the rotor's angle after a fault ==== */
 
-/* Where the rotor is when the encoder has failed, from what can still be trusted. */
+/* The rotor's angle when the encoder has failed, from what is still valid. */
 
 /* The frame is that of the next sample. */
 static void by_frame(const struct axis *a, struct rotor_seed *seed)
@@ -132,7 +132,7 @@ static void by_frame(const struct axis *a, struct rotor_seed *seed)
     seed->clock = encoder_latch_clock(&a->fabric->encoder);
 }
 
-/* Counts were lost one by one: by the index, else the EMF of the last four milliseconds, in the frame of the last sample. */
+/* Counts were lost gradually: by the index, else by the EMF of the last four milliseconds, in the frame of the last sample. */
 static void by_slip(const struct axis *a, struct rotor_seed *seed)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
@@ -144,20 +144,20 @@ static void by_slip(const struct axis *a, struct rotor_seed *seed)
     seed->angle_q32 += emf_angle_q32(&e->emf.filtered, seed->speed_q32 < 0);
 }
 
-/* The index tells how many counts it is off, unless the index itself is wrong and the EMF agrees with the frame. */
+/* The index gives the count error, unless the index itself is wrong and the EMF agrees with the frame. */
 static void by_index(const struct axis *a, struct rotor_seed *seed)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     by_frame(a, seed);
     const bool agrees = emf_is_clear(&e->emf) && emf_judge(&e->emf, seed->speed_q32 < 0) == EMF_AGREES;
-    if (!agrees || a->tuning.reluctant) { /* which looks nearly the same after half a turn */
+    if (!agrees || a->tuning.reluctant) { /* where the index check is ambiguous by half a turn */
         seed->angle_q32 -= (uint32_t)e->index_drift * a->loop.encoder_scale_q32;
     }
 }
 
 /*
- * Counts that stand still: the edge is half a count from the middle of the present count, and the speed is from before the
- * milliseconds in which the stopped counts may have affected it.
+ * Counts have stopped: the last edge is half a count from the middle of the present count; the speed is from before the stopped
+ * counts can have affected it.
  */
 static void by_last_edge(const struct axis *a, struct rotor_seed *seed)
 {
@@ -176,7 +176,7 @@ void encoder_watch_seed_at_sample(const struct axis *a, enum fault cause, struct
     const int32_t surprise_q32 = encoder_watch_surprise_q32(a);
     if (cause == FAULT_ENCODER_DEAD) {
         by_last_edge(a, seed);
-    } else if (e->doubt_ms != 0u) {
+    } else if (e->suspect_ms != 0u) {
         *seed = e->sound;
     } else if (angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         *seed = encoder_watch_seed_of(a, encoder_latched(encoder), surprise_q32, encoder_latch_clock(encoder));
@@ -190,7 +190,7 @@ void encoder_watch_seed(const struct axis *a, enum fault cause, struct rotor_see
 {
     if (cause == FAULT_ENCODER_DEAD) {
         by_last_edge(a, seed);
-    } else if (a->supervision.encoder.doubt_ms != 0u) {
+    } else if (a->supervision.encoder.suspect_ms != 0u) {
         *seed = a->supervision.encoder.sound;
     } else if (cause == FAULT_ENCODER_SLIP) {
         by_slip(a, seed);
@@ -202,35 +202,35 @@ void encoder_watch_seed(const struct axis *a, enum fault cause, struct rotor_see
 int32_t encoder_watch_torque_q29(const struct axis *a)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
-    return e->doubt_ms != 0u ? e->torque_q29 : a->speed.integral_q29;
+    return e->suspect_ms != 0u ? e->torque_q29 : a->speed.integral_q29;
 }
 
 void encoder_watch_forget(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
     a->speed.integral_q29 = encoder_watch_torque_q29(a);
-    e->doubt_ms = 0;
+    e->suspect_ms = 0;
     e->still_ms = 0;
     e->against_ms = 0;
 }
 
-#define JUMP_DEG     20u
-#define JUMP_COUNTS  3u                /* of a coarse encoder: less is edge noise */
-#define DEGREES(n)   (11930464u * (n)) /* Q32 */
-#define JUMP_MOST    45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
-#define JUMP_SHIFT   4                 /* what is usual fades by a sixteenth a millisecond */
-#define DOUBT_MS     8u
-#define DOUBT_BAD_MS 2u   /* the EMF must contradict for this long */
-#define TURNED_TIMES 3u   /* contradictions needed without a jump: slow loss of counts */
-#define AGREED_OFTEN 8u   /* from then on the offset is the rotor's, whatever happens */
-#define STILL_MS     4u   /* without a count: the encoder may be dead */
-#define STILL_TURN   150u /* degrees, electrical, in which the EMF of a rotor that turns has stood across for 90 */
-#define ACROSS_SHIFT 6    /* a 64th of the bus: what dead time leaves, across the current */
-#define STILL_COUNTS 8u
-#define INDEX_COUNTS 2  /* from pulse to pulse */
-#define EMF_TURN     1u /* the EMF is computed, */
-#define JUDGE_TURN   3u /* and judged; in the others it is held against what it was */
-#define INDEX_DRIFT  4  /* from the first pulse, in the same direction */
+#define JUMP_DEG       20u
+#define JUMP_COUNTS    3u                /* of a coarse encoder: less is edge jitter */
+#define DEGREES(n)     (11930464u * (n)) /* Q32 */
+#define JUMP_MAX       45u               /* degrees: limit of the usual deviation, well below 90 */
+#define JUMP_SHIFT     4                 /* the usual deviation decays by 1/16 a millisecond */
+#define SUSPECT_MS     8u
+#define SUSPECT_BAD_MS 2u   /* the EMF must contradict for this long */
+#define TURNED_TIMES   3u   /* contradictions needed without a jump: slow loss of counts */
+#define AGREED_OFTEN   8u   /* from then on the offset counts as verified */
+#define STILL_MS       4u   /* without a count: the encoder may be dead */
+#define STILL_TURN     150u /* electrical degrees in which the EMF of a turning rotor is across the current for 90 */
+#define ACROSS_SHIFT   6    /* a 64th of the bus: dead-time error across the current */
+#define STILL_COUNTS   8u
+#define INDEX_COUNTS   2  /* from pulse to pulse */
+#define EMF_TURN       1u /* the EMF is computed, */
+#define JUDGE_TURN     3u /* and judged; in the others compared with its earlier value */
+#define INDEX_DRIFT    4  /* from the first pulse, in the same direction */
 
 static int32_t w_of(const struct axis *a, int32_t speed_q32)
 {
@@ -238,8 +238,8 @@ static int32_t w_of(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, can stop
- * from one millisecond to the next.
+ * A shaft that maximum current can stop within 4 ms, or that turns below a twentieth of the maximum speed, can stop within a
+ * millisecond.
  */
 static int32_t dead_w_q15(const struct axis *a)
 {
@@ -261,13 +261,13 @@ void encoder_watch_begin(struct axis *a)
                                 .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
                                                    CONFIG_PERIODS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
-    e->jump_least_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
-    e->jump_limit_q32 = e->jump_least_q32;
+    e->jump_min_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
+    e->jump_limit_q32 = e->jump_min_q32;
     emf_reset(&e->emf, &a->tuning);
     emf_of_counts(&e->emf, a->tuning.encoder_scale_q32);
 }
 
-/* How far a shaft that moved by these counts in these clocks is from where its speed predicts, electrical. */
+/* Deviation, electrical, of the motion by these counts in these clocks from what the speed predicts. */
 static int32_t surprise_q32_of(const struct tuning *t, int32_t moved, uint32_t clocks, int32_t speed_q32)
 {
     const uint32_t loop_counts = (uint32_t)t->loop_counts;
@@ -275,7 +275,7 @@ static int32_t surprise_q32_of(const struct tuning *t, int32_t moved, uint32_t c
     return (int32_t)((uint32_t)moved * t->encoder_scale_q32 - samples * (uint32_t)speed_q32);
 }
 
-/* Counts from `before` to `now`, the shorter way round. */
+/* Counts from `before` to `now`, in the shorter direction. */
 static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t now)
 {
     const int32_t turn = a->params.encoder_counts;
@@ -297,9 +297,9 @@ struct rotor_seed encoder_watch_seed_of(const struct axis *a, uint32_t count, in
     return (struct rotor_seed){.angle_q32 = angle_q32 - (uint32_t)jump_q32, .clock = clock};
 }
 
-static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
+static void begin_suspicion(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
 {
-    e->doubt_ms = DOUBT_MS;
+    e->suspect_ms = SUSPECT_MS;
     e->jump_q32 = jump_q32;
     e->w_before_q15 = w_of(a, e->speed_before_q32);
     e->emf_before = e->emf.filtered;
@@ -309,9 +309,7 @@ static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t j
     e->sound.speed_q32 = e->speed_before_q32;
 }
 
-/*
- * No edge for the time of eight counts: the edges' own clock shows it within a millisecond.
- */
+/* No edge for the time of eight counts, by the edges' time stamps. */
 static bool counts_stand(const struct axis *a, int32_t speed_q32)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
@@ -322,9 +320,9 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * The frame stands with the counts. If there is enough EMF, any that is left is a rotor that turns; telling none from all of it
- * needs less than telling its angle: three times what may hide it, not four. Else what resistance may hide is along the
- * current, and the EMF of a rotor that turns is soon across it.
+ * The frame has stopped with the counts, so remaining EMF means that the rotor turns. Detecting its presence needs less EMF
+ * than its angle: three times the uncertainty, not four. With less: the error of the resistance is along the current, and the
+ * EMF of a turning rotor is soon across it.
  */
 static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, bool tells)
 {
@@ -336,14 +334,14 @@ static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, boo
     return across_q15 > q15_max(e->emf.expected_q15, drop_q15 + (a->loop.vbus_q15 >> (ACROSS_SHIFT - 1))) / 2;
 }
 
-/* Counts that stand while the rotor turns mean a dead encoder; while it rests, that something has stopped the shaft. */
+/* Counts stopped while the rotor turns: the encoder is dead. Rotor stopped, too: something has blocked the shaft. */
 static void judge_still(struct axis *a, struct encoder_watch *e)
 {
     const bool tells = e->emf.expected_q15 > 3 * e->emf.unsure_q15;
     const bool left = emf_is_left(a, e, tells);
     const uint32_t samples = ++e->looked_ms * (uint32_t)a->tuning.loops_per_slow;
     e->turning_ms = left ? e->turning_ms + 1u : 0u;
-    if (e->turning_ms >= (tells ? 1u : DOUBT_BAD_MS)) {
+    if (e->turning_ms >= (tells ? 1u : SUSPECT_BAD_MS)) {
         fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
     } else if (!left && (tells || (uint64_t)samples * angle_size_q32(e->speed_moving_q32) > DEGREES(STILL_TURN))) {
         e->speed_moving_q32 = 0;
@@ -351,25 +349,25 @@ static void judge_still(struct axis *a, struct encoder_watch *e)
     }
 }
 
-static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
+static void resolve_suspicion(struct axis *a, struct encoder_watch *e, bool stands)
 {
     const bool clear = emf_is_clear(&e->emf);
-    e->doubt_ms--;
-    if (e->doubt_ms >= DOUBT_MS - 1u) {
-        return; /* this millisecond's voltages are still the old ones */
+    e->suspect_ms--;
+    if (e->suspect_ms >= SUSPECT_MS - 1u) {
+        return; /* the voltages of this millisecond are from before */
     }
     if (stands) {
         if (!e->stopped) {
             judge_still(a, e);
         }
-        e->doubt_ms = e->stopped ? 0u : e->doubt_ms + (e->doubt_ms == 0u ? 1u : 0u);
+        e->suspect_ms = e->stopped ? 0u : e->suspect_ms + (e->suspect_ms == 0u ? 1u : 0u);
         return;
     }
     if (clear && emf_judge_change(&e->emf, &e->emf_before, e->w_before_q15 < 0) == EMF_AGREES) {
         return;
     }
     e->against_ms++;
-    if (!clear || e->against_ms >= DOUBT_BAD_MS) {
+    if (!clear || e->against_ms >= SUSPECT_BAD_MS) {
         fault_report(a, FAULT_ENCODER_SLIP, degrees(e->jump_q32), 0);
     }
 }
@@ -379,7 +377,7 @@ bool encoder_watch_offset_is_sure(const struct axis *a)
     return !a->start.remembered || a->supervision.encoder.agreed == AGREED_OFTEN;
 }
 
-/* No jump, but the EMF disagrees: counts lost one by one, or a jump while the EMF could not tell. */
+/* No jump, but the EMF disagrees: counts lost gradually, or a jump at too little EMF. */
 static void judge_by_emf(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -392,7 +390,7 @@ static void judge_by_emf(struct axis *a)
     }
     int32_t phase;
     if (phase_watch_suspects(a, &phase)) {
-        return; /* the voltage of a phase without current is no EMF: first decide whether it is open */
+        return; /* the voltage of an open phase is not EMF: that is checked first */
     }
     e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
     if (e->against_ms >= TURNED_TIMES) {
@@ -401,7 +399,7 @@ static void judge_by_emf(struct axis *a)
     }
 }
 
-/* Counts lost one by one are an EMF that turns at the same speed and current, whatever it was taken for at first. */
+/* Gradual loss of counts shows as a rotation of the EMF at constant speed and current. */
 static void watch_slip(struct axis *a, struct encoder_watch *e)
 {
     int32_t phase;
@@ -410,7 +408,7 @@ static void watch_slip(struct axis *a, struct encoder_watch *e)
     }
 }
 
-/* No count although the earlier speed should have given enough by now, or 1/share of it; until the shaft is seen to rest. */
+/* No count although the earlier speed should have given enough by now, or 1/share of it; until standstill is detected. */
 static bool counts_are_due(const struct axis *a, uint32_t share)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
@@ -424,16 +422,19 @@ bool encoder_watch_may_be_dead(const struct axis *a)
 }
 
 /*
- * A pulse beyond a jump is a slip, if the pulse before was off to the same side already: counts were lost. If not, the pulse
- * itself may be wrong.
+ * An index deviation beyond a jump is a slip (lost counts) if the previous pulse deviated in the same direction; otherwise the
+ * pulse itself may be wrong.
  */
 static bool index_shows_slip(const struct axis *a, const struct encoder_watch *e, int32_t drift_before, int32_t drift)
 {
     const bool again = drift < 0 ? drift_before < -INDEX_DRIFT : drift_before > INDEX_DRIFT;
-    return again && (uint64_t)q15_abs(drift) * a->tuning.encoder_scale_q32 > e->jump_least_q32;
+    return again && (uint64_t)q15_abs(drift) * a->tuning.encoder_scale_q32 > e->jump_min_q32;
 }
 
-/* A pulse must come where the last one in this direction did; the pulse has a width, so each direction has its own place. */
+/*
+ * An index pulse must come at the same count as the last one in this direction; it has a width, so each direction has its own
+ * count.
+ */
 static void look_at_index(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -441,7 +442,7 @@ static void look_at_index(struct axis *a)
     e->index = now;
     const uint32_t way = e->speed_before_q32 < 0 ? 1u : 0u;
     if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
-        return; /* it may have come from either side */
+        return; /* its direction is unknown */
     }
     if (!e->index_known[way]) {
         e->index_known[way] = true;
@@ -478,22 +479,22 @@ enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
     if (!running) {
         return seen;
     }
-    if (e->doubt_ms == 0u && angle_size_q32(encoder_watch_surprise_q32(a)) <= e->jump_limit_q32) {
+    if (e->suspect_ms == 0u && angle_size_q32(encoder_watch_surprise_q32(a)) <= e->jump_limit_q32) {
         return seen;
     }
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
 }
 
 /*
- * After a jump of the count the observer's speed is the jump's; the rotor's is taken to be the earlier one. If the counts stand
- * still, so does the frame, as the observer comes to rest: then the currents do not respond to the rotor at all.
+ * After a jump of the count the PLL's speed is wrong; the earlier one is used. If the counts have stopped, the frame stops,
+ * too.
  */
-static void look_in_doubt(struct axis *a, struct encoder_watch *e)
+static void check_suspect(struct axis *a, struct encoder_watch *e)
 {
     const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
     const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
     emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15, frame_w_q15);
-    resolve_doubt(a, e, stands);
+    resolve_suspicion(a, e, stands);
 }
 
 /* Checks the encoder's angle by the EMF, if there is enough; and the index, if there was a pulse. */
@@ -509,12 +510,12 @@ static void encoder_watch_judge(struct axis *a, struct encoder_watch *e)
     }
 }
 
-/* In doubt at once, else in turns. */
+/* Each millisecond while suspect, else every fourth. */
 static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
-    if (e->doubt_ms != 0u) {
-        look_in_doubt(a, e);
+    if (e->suspect_ms != 0u) {
+        check_suspect(a, e);
     } else if (e->still_ms >= STILL_MS && counts_are_due(a, 1)) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_of(a, e->speed_moving_q32), w_q15);
         judge_still(a, e);
@@ -527,7 +528,7 @@ static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, u
     }
 }
 
-/* Returns how far the count is from where it should be. */
+/* Returns the count's deviation from its prediction. */
 static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
 {
     const struct speed_estimate *const seen = &a->speed.estimate;
@@ -549,9 +550,9 @@ static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
 static void follow_usual(struct encoder_watch *e, uint32_t surprise_q32)
 {
     const uint32_t faded_q32 = e->usual_q32 - (e->usual_q32 >> JUMP_SHIFT);
-    const uint32_t most_q32 = surprise_q32 > faded_q32 ? surprise_q32 : faded_q32;
-    e->usual_q32 = most_q32 > DEGREES(JUMP_MOST) ? DEGREES(JUMP_MOST) : most_q32;
-    e->jump_limit_q32 = 2u * e->usual_q32 > e->jump_least_q32 ? 2u * e->usual_q32 : e->jump_least_q32;
+    const uint32_t max_q32 = surprise_q32 > faded_q32 ? surprise_q32 : faded_q32;
+    e->usual_q32 = max_q32 > DEGREES(JUMP_MAX) ? DEGREES(JUMP_MAX) : max_q32;
+    e->jump_limit_q32 = 2u * e->usual_q32 > e->jump_min_q32 ? 2u * e->usual_q32 : e->jump_min_q32;
 }
 
 bool encoder_watch_step(struct axis *a, uint32_t turn)
@@ -559,11 +560,11 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
     struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t reported = a->reports.count;
     const int32_t surprise_q32 = look_at_count(a, e);
-    if (e->doubt_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
-        begin_doubt(a, e, surprise_q32);
-    } else if (e->doubt_ms == 0u) {
+    if (e->suspect_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
+        begin_suspicion(a, e, surprise_q32);
+    } else if (e->suspect_ms == 0u) {
         follow_usual(e, angle_size_q32(surprise_q32));
     }
     encoder_watch_look_at_emf(a, e, turn);
-    return e->doubt_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
+    return e->suspect_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
 }

@@ -10,12 +10,12 @@
 
 /* ==== Hall switches ==== */
 
-#define INVALID_SAMPLES 2u /* in a millisecond: at top speed a state lasts longer */
-#define OFF_Q32         (15u * 11930464u)
-#define AT_END_Q32      (1 << 24) /* 1.4 degrees */
-#define EMF_SHIFT       4         /* 16 ms */
-#define EMF_WRONG_MS    60u
-#define DOUBT_BUS_SHIFT 6 /* dead time */
+#define INVALID_SAMPLES     2u /* in a millisecond: at maximum speed a state lasts longer */
+#define OFF_Q32             (15u * 11930464u)
+#define AT_END_Q32          (1 << 24) /* 1.4 degrees */
+#define EMF_SHIFT           4         /* 16 ms */
+#define EMF_WRONG_MS        60u
+#define UNCERTAIN_BUS_SHIFT 6 /* dead time */
 
 /* ---- where the rotor is ---- */
 
@@ -44,7 +44,7 @@ static bool far_off(uint32_t angle_q32, uint32_t from_q32)
     return angle_q32 - from_q32 + OFF_Q32 > 2u * OFF_Q32;
 }
 
-/* The angle waits for an edge at the end of its sector. */
+/* The angle is limited to the end of its sector until an edge comes. */
 static bool waits_for_edge(const struct axis *a, const struct rotor_seed *now)
 {
     const struct hall_sector *const s = &a->hall.sector[((const volatile struct hall *)&a->hall)->state];
@@ -52,21 +52,21 @@ static bool waits_for_edge(const struct axis *a, const struct rotor_seed *now)
     return (now->speed_q32 < 0 ? (int32_t)(0u - (uint32_t)off_q32) : off_q32) > s->half_q32 - AT_END_Q32;
 }
 
-/* Distance by the earlier speed or by the switches, whichever is more: a starting rotor is soon believed. */
+/* Travel by the earlier speed or by the switches, whichever is more, so that a starting rotor is soon accepted. */
 static bool for_a_turn(struct axis *a, const struct rotor_seed *now)
 {
     struct hall_watch *const w = &a->hall_watch;
     const int32_t speed_q32 = q15_max(q15_abs(w->sound.speed_q32), q15_abs(now->speed_q32));
-    w->doubt_q16 += ((uint32_t)speed_q32 >> 8) * (uint32_t)a->tuning.loops_per_slow >> 8;
-    return w->doubt_q16 >> 16 != 0u;
+    w->suspect_turns_q16 += ((uint32_t)speed_q32 >> 8) * (uint32_t)a->tuning.loops_per_slow >> 8;
+    return w->suspect_turns_q16 >> 16 != 0u;
 }
 
-/* A wrong edge affects the speed for longer than the angle: so no other is used for a turn. */
-static bool doubts(struct axis *a, const struct rotor_seed *now, bool far)
+/* A wrong edge affects the speed for longer than the angle, so the earlier speed is kept for a turn. */
+static bool suspects(struct axis *a, const struct rotor_seed *now, bool far)
 {
     struct hall_watch *const w = &a->hall_watch;
-    if (w->doubt_ms == 0u) {
-        w->doubt_q16 = 0;
+    if (w->suspect_ms == 0u) {
+        w->suspect_turns_q16 = 0;
         return far && w->sound.speed_q32 != 0;
     }
     return !for_a_turn(a, now);
@@ -78,8 +78,8 @@ static void hall_watch_follow(struct axis *a)
     const struct rotor_seed now = by_switches(a);
     const uint32_t angle_q32 = expected_q32(a, now.clock);
     const bool far = far_off(now.angle_q32, angle_q32);
-    const bool doubt = doubts(a, &now, far);
-    w->doubt_ms = doubt ? w->doubt_ms + 1u : 0u;
+    const bool doubt = suspects(a, &now, far);
+    w->suspect_ms = doubt ? w->suspect_ms + 1u : 0u;
     if (doubt || (waits_for_edge(a, &now) && !far)) {
         w->sound.angle_q32 = angle_q32;
         w->sound.clock = now.clock;
@@ -91,10 +91,10 @@ static void hall_watch_follow(struct axis *a)
 
 int32_t hall_watch_torque_q29(const struct axis *a)
 {
-    return a->hall_watch.doubt_ms != 0u ? a->hall_watch.torque_q29 : a->speed.integral_q29;
+    return a->hall_watch.suspect_ms != 0u ? a->hall_watch.torque_q29 : a->speed.integral_q29;
 }
 
-/* ---- what they show ---- */
+/* ---- states and sequence ---- */
 
 static void take_counts(struct axis *a)
 {
@@ -103,15 +103,15 @@ static void take_counts(struct axis *a)
     a->hall_watch.skipped = h->skipped;
 }
 
-/* ---- where the EMF is ---- */
+/* ---- the EMF ---- */
 
-/* A hot winding has two fifths more resistance than was told; what three quarters of its voltage leave is told apart. */
+/* A hot winding has up to two fifths more resistance than the parameter; 3/4 of the resistive drop is allowed for. */
 static bool emf_is_elsewhere(struct axis *a)
 {
     struct hall_watch *const w = &a->hall_watch;
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     const int32_t drop_q15 = (a->tuning.r_q12 * q15_abs(a->loop.i_q_q15)) >> 12;
-    const int32_t hidden_q15 = drop_q15 - drop_q15 / 4 + (a->loop.vbus_q15 >> DOUBT_BUS_SHIFT);
+    const int32_t hidden_q15 = drop_q15 - drop_q15 / 4 + (a->loop.vbus_q15 >> UNCERTAIN_BUS_SHIFT);
     w->emf_q4 += (emf_along_q15(&a->loop, &a->tuning, w_q15) * 16 - w->emf_q4) >> EMF_SHIFT;
     w->expected_q4 += (emf_expected_q15(&a->tuning, w_q15) * 16 - w->expected_q4) >> EMF_SHIFT;
     const bool tells = w->expected_q4 > 16 * hidden_q15;
@@ -160,7 +160,7 @@ enum fault hall_watch_blame(const struct axis *a, enum fault seen)
 /* ==== a prescribed field ==== */
 
 #define FILTER_SHIFT 2 /* 4 ms: the noise of the voltages */
-#define LEAST_SHIFT  6 /* a 64th of the bus: less EMF tells nothing */
+#define MIN_SHIFT    6 /* a 64th of the bus: less EMF is not evaluated */
 #define MISSING      2 /* points a millisecond, */
 #define OPPOSITE     4
 #define THERE        (-1)
@@ -172,7 +172,7 @@ void field_watch_reset(struct field_watch *w)
 
 struct field_view {
     int32_t d_q15, q_q15; /* e; q along the field's speed */
-    int32_t expected_q15, doubt_q15;
+    int32_t expected_q15, uncertainty_q15;
 };
 
 static struct field_view field_watch_look(const struct axis *a)
@@ -190,7 +190,8 @@ static struct field_view field_watch_look(const struct axis *a)
         .d_q15 = v_d_q15 - drop_q15,
         .q_q15 = w_q15 < 0 ? -q_q15 : q_q15,
         .expected_q15 = emf_expected_q15(t, w_q15),
-        .doubt_q15 = ((q15_abs(drop_q15) * OBSERVER_DOUBT_R_Q8) >> 8) + (c->vbus_q15 >> OBSERVER_DOUBT_BUS_SHIFT),
+        .uncertainty_q15 =
+            ((q15_abs(drop_q15) * OBSERVER_R_UNCERTAINTY_Q8) >> 8) + (c->vbus_q15 >> OBSERVER_BUS_UNCERTAINTY_SHIFT),
     };
 }
 
@@ -199,28 +200,29 @@ static int32_t filtered(int32_t mean_q4, int32_t now_q15)
     return mean_q4 + ((now_q15 * 16 - mean_q4) >> FILTER_SHIFT);
 }
 
-/* This millisecond's vote: does either component fit a rotor that follows? */
+/* This millisecond's points: does either component fit a rotor that follows? */
 static int32_t points(const struct field_watch *w, const struct field_view *v)
 {
     if (w->q_q4 * 2 < -w->expected_q4) {
         return OPPOSITE;
     }
-    const bool missing = w->q_q4 * 4 < w->expected_q4 && q15_abs(w->d_q4) < w->expected_q4 / 2 + v->doubt_q15 * 16;
+    const bool missing =
+        w->q_q4 * 4 < w->expected_q4 && q15_abs(w->d_q4) < w->expected_q4 / 2 + v->uncertainty_q15 * 16;
     return missing ? MISSING : THERE;
 }
 
-/* Twice the EMF of the field's speed, and several times what may be hidden: something else turns the rotor. */
+/* Twice the EMF of the field's speed, and several times the uncertainty: a load drives the rotor faster. */
 static bool is_away(const struct field_view *v, int32_t vbus_q15)
 {
     const int32_t seen_q15 = q15_max(q15_abs(v->d_q15), q15_abs(v->q_q15));
-    return seen_q15 > 2 * v->expected_q15 + 3 * v->doubt_q15 + (vbus_q15 >> LEAST_SHIFT);
+    return seen_q15 > 2 * v->expected_q15 + 3 * v->uncertainty_q15 + (vbus_q15 >> MIN_SHIFT);
 }
 
 void field_watch_step(struct axis *a)
 {
     struct field_watch *const w = &a->field_watch;
     const struct field_view v = field_watch_look(a);
-    const bool tells = v.expected_q15 > a->loop.vbus_q15 >> LEAST_SHIFT;
+    const bool tells = v.expected_q15 > a->loop.vbus_q15 >> MIN_SHIFT;
     if (!tells) {
         w->d_q4 = 0;
         w->q_q4 = 0;
@@ -249,11 +251,11 @@ void lock_watch_begin(struct lock_watch *w)
     *w = (struct lock_watch){.lost_ms = 0};
 }
 
-/* The EMF of the rotor's supposed speed is there: at least 0.7 of it, and 1.3 at most. */
+/* The EMF must be 0.7 to 1.3 of that of the estimated speed. */
 static bool emf_contradicts(const struct axis *a)
 {
     if (a->tuning.observer.lq_more != 0) {
-        return false; /* saturated iron makes an EMF from q currents */
+        return false; /* with saturation, q currents contribute to the EMF */
     }
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     const int32_t expected_q15 = emf_expected_q15(&a->tuning, w_q15);
@@ -261,7 +263,7 @@ static bool emf_contradicts(const struct axis *a)
            expected_q15 * 3 / 10 + expected_q15 * 256 / q15_max(a->loop.flux.margin_q8, 1);
 }
 
-bool lock_watch_doubts(const struct axis *a)
+bool lock_watch_suspects(const struct axis *a)
 {
     return rotor_is_sensorless(a) && a->lock_watch.lost_ms != 0u;
 }
@@ -309,7 +311,7 @@ static void watch_lead(struct axis *a)
     }
 }
 
-/* ---- whichever leads ---- */
+/* ---- the present source ---- */
 
 bool lock_watch_step(struct axis *a)
 {

@@ -8,12 +8,12 @@
 
 struct axis;
 
-/* Phases: what references and angle asked of each while it carried no current. */
+/* For each phase: references that it did not follow. */
 struct phase_watch {
     int32_t missing_q15[3];           /* sums, one term every second millisecond */
-    int32_t i_d_ref_q15, i_q_ref_q15; /* of the previous millisecond: what the currents have followed since */
-    int32_t least_q15;                /* smallest that can be told from zero */
-    int32_t carried_q15;              /* by all phases, in the last few looks */
+    int32_t i_d_ref_q15, i_q_ref_q15; /* of the previous millisecond, which the currents have followed since */
+    int32_t min_q15;                  /* smallest measurable current */
+    int32_t conducted_q15;            /* by all phases, in the last few looks */
 };
 
 /* Starts, from the parameters. Slow loop, when operation begins. */
@@ -26,18 +26,18 @@ void phase_watch_expect(struct axis *a);
 void phase_watch_step(struct axis *a);
 
 /*
- * True if a phase has begun to carry nothing, and which (as in the fault's detail): too briefly for a fault of its own, long
- * enough to be the cause of an over-current or a lost speed. Any context.
+ * The phase (as in the fault's detail) that has recently stopped conducting: too briefly for a fault of its own, long enough to
+ * be the cause of an over-current or a lost speed; 0: none. Any context.
  */
 bool phase_watch_suspects(const struct axis *a, int32_t *phase);
 
 /* ==== the sensors' zeros ==== */
 
 /*
- * Finds a current sensor whose zero has moved since `on`: the three currents add up to nothing, so the average of their
- * sum over four turns of the field is the sensors' zeros. Wrong gains add up to a sine of the field's angle, which the average
- * over that angle takes away, however unevenly the field turns. Nothing is said of a field that takes longer for four turns
- * than 8 s or turns within 8 Hz of a multiple of 1 kHz, nor where a phase is only calculated from the other two.
+ * Detects a drift of a current sensor's zero since `on`: the three currents add up to zero, so the mean of their sum over four
+ * turns of the field is the sum of the zero errors. Gain errors give a sine of the field's angle, which that mean cancels,
+ * however unevenly the field turns. Not evaluated if four turns take longer than 8 s, within 8 Hz of a multiple of 1 kHz, or if
+ * a phase is calculated from the other two.
  */
 
 struct zero_watch {
@@ -49,7 +49,7 @@ struct zero_watch {
 /* Starts. Slow loop, when operation begins. */
 void zero_watch_begin(struct zero_watch *z);
 
-/* Slow loop, every millisecond: a look at the newest sample. Reports FAULT_CURRENT_OFFSET with the sum in mA. */
+/* Slow loop, every millisecond, with the newest sample. Reports FAULT_CURRENT_OFFSET with the sum in mA. */
 void zero_watch_step(struct zero_watch *z, struct axis *a);
 
 #endif

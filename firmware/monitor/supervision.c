@@ -7,21 +7,21 @@
 
 /* ==== the speed ==== */
 
-#define STEP_MS        2u /* from look to look */
-#define STALL_MS       500u
-#define FAR_MS         4u
-#define LOSING_MS      4u
-#define LOOK_AHEAD_MS  10
-#define DERATED_Q4     (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
-#define DERATED_PART   10        /* of i_max that heat has taken */
-#define RATE_SHIFT     1
-#define TO_REST_MS     8
-#define AT_REST_Q4     8  /* half a rpm a step: whoever turns round goes through 0 faster */
-#define CYCLE_SHORTEST 7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
-#define CYCLE_LONGEST  250u
-#define CYCLE_HALVES   6u
+#define STEP_MS       2u /* period of the speed checks */
+#define STALL_MS      500u
+#define FAR_MS        4u
+#define LOSING_MS     4u
+#define LOOK_AHEAD_MS 10
+#define DERATED_Q4    (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
+#define DERATED_PART  10        /* of i_max: derating */
+#define RATE_SHIFT    1
+#define TO_REST_MS    8
+#define AT_REST_Q4    8  /* half a rpm a step: a reversing shaft passes 0 faster */
+#define CYCLE_MIN     7u /* ms per half wave: faster ones are detected by the speed loop (control/oscillation.h) */
+#define CYCLE_MAX     250u
+#define CYCLE_HALVES  6u
 
-/* What the encoder resolves within a millisecond: two counts. */
+/* Resolution of the encoder within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
 {
     return 2 * 60 * 1000 * 16 / a->params.encoder_counts;
@@ -36,7 +36,7 @@ void speed_watch_begin(struct axis *a)
     a->supervision.cycle = (struct cycle_watch){.halves = 0};
 }
 
-/* Within a third, plus the error of two looks at each end. */
+/* Within a third, plus the error of two sampling periods at each end. */
 static bool alike(uint32_t a, uint32_t b)
 {
     const uint32_t longer = a > b ? a : b;
@@ -44,14 +44,14 @@ static bool alike(uint32_t a, uint32_t b)
     return shorter * 3u + 3u >= longer * 2u;
 }
 
-/* Half waves from before the speed loop has reduced its gains by itself are answered already. */
+/* Half waves from before the speed loop has reduced its gains do not count. */
 static void close_half_wave(struct axis *a, struct cycle_watch *w)
 {
     const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
     const bool answered = a->speed.oscillation.answered != w->answered;
-    const bool slow = w->half_ms >= CYCLE_SHORTEST && w->half_ms <= CYCLE_LONGEST;
+    const bool slow = w->half_ms >= CYCLE_MIN && w->half_ms <= CYCLE_MAX;
     const bool counts = !answered && swings && slow && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
@@ -73,16 +73,16 @@ static void end_half_wave(struct axis *a)
     }
 }
 
-/* Winding or power stage are warm, so the current that was missing is withheld. */
+/* Winding or power stage are warm: the missing current is due to derating. */
 static bool heat_holds_back(const struct axis *a)
 {
-    const int32_t most_q15 = a->tuning.i_max_q15;
-    return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, most_q15) < most_q15 - most_q15 / DERATED_PART;
+    const int32_t max_q15 = a->tuning.i_max_q15;
+    return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, max_q15) < max_q15 - max_q15 / DERATED_PART;
 }
 
 /*
- * Finds the cause: a few milliseconds later a dead encoder or Hall switch, or an observer that has lost the rotor, is known,
- * an oscillation has come to rest, and a phase without current shows.
+ * Waits a few milliseconds for the cause: a dead encoder or Hall switch, a lost observer, an oscillation that ends, or an open
+ * phase.
  */
 static void lose_speed(struct axis *a)
 {
@@ -90,7 +90,7 @@ static void lose_speed(struct axis *a)
     if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
         return;
     }
-    if (lock_watch_doubts(a) || encoder_watch_may_be_dead(a) || oscillation_is_answered(&a->speed.oscillation)) {
+    if (lock_watch_suspects(a) || encoder_watch_may_be_dead(a) || oscillation_is_answered(&a->speed.oscillation)) {
         return;
     }
     if (phase_watch_suspects(a, &phase)) {
@@ -120,8 +120,8 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
 }
 
 /*
- * What stops the shaft within milliseconds, and holds it, is an end stop: a stall, whatever the speed has lost meanwhile. What
- * turns it round is a load. False once that is known, or if the shaft turns on.
+ * A shaft that is stopped within milliseconds and held is at an end stop: a stall, not a lost speed. One that reverses is
+ * driven by a load. False once that is known, or if the shaft turns on.
  */
 static bool comes_to_rest(struct axis *a, struct speed_watch *s, bool lost)
 {
@@ -139,15 +139,15 @@ static bool comes_to_rest(struct axis *a, struct speed_watch *s, bool lost)
 }
 
 /*
- * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor does all it
- * can: then the load is stronger. Only the shaft counts for that, not a reference that runs ahead of it.
+ * Speed is lost if the deviation is too large, or will be in LOOK_AHEAD_MS with the torque at its limit. The latter considers
+ * the shaft's acceleration only, not that of the reference.
  */
 static void watch_deviation(struct axis *a, struct speed_watch *s)
 {
     const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
     const int32_t distance_q4 = q15_abs(error_q4);
     const int32_t gained_q4 = a->speed.speed_rpm_q4 - s->speed_q4;
-    const bool same_side = !s->crossed; /* else it has come and gone: neither lost nor gained */
+    const bool same_side = !s->crossed; /* else it oscillates about the reference */
     const int32_t away_q4 = !same_side ? 0 : error_q4 < 0 ? gained_q4 : -gained_q4;
     const int32_t rate_q4 = s->rate_q4 + ((away_q4 - s->rate_q4) >> RATE_SHIFT);
     const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
@@ -166,7 +166,7 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     }
 }
 
-/* One count either way, of a shaft that yields, does not restart it. */
+/* A toggle by one count, of an elastic shaft, does not restart it. */
 static void watch_stall(struct axis *a, struct speed_watch *s)
 {
     const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
@@ -179,7 +179,7 @@ static void watch_stall(struct axis *a, struct speed_watch *s)
     }
 }
 
-/* The speed loop finds it, and has answered already where it may (control/oscillation.h). */
+/* The speed loop detects it, and has reduced its gains if allowed (control/oscillation.h). */
 static void look_for_oscillation(struct axis *a, struct speed_watch *s)
 {
     const struct oscillation *const o = &a->speed.oscillation;
@@ -189,7 +189,7 @@ static void look_for_oscillation(struct axis *a, struct speed_watch *s)
     }
 }
 
-/* Homing checks for itself what stops the shaft. */
+/* Homing has its own check for a blocked shaft. */
 static bool applies(const struct axis *a)
 {
     return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
@@ -213,9 +213,9 @@ void speed_watch_step(struct axis *a)
     }
 }
 
-/* ==== all of them ==== */
+/* ==== all monitors ==== */
 
-#define TURNS      4u /* milliseconds until each part has had its turn */
+#define TURNS      4u /* milliseconds for a cycle of all parts */
 #define SLOW_TURN  3u
 #define LIMITED_MS 100u
 
@@ -294,7 +294,10 @@ static void watch_commands(struct axis *a)
     }
 }
 
-/* It moves no motor, but without it nobody stops one. Two axes have one thread, whose clock is the first one's: -1, too. */
+/*
+ * Without the thread no interface can stop the motor. Two axes share a thread, whose clock is the first axis': so -1 is
+ * allowed.
+ */
 static void watch_thread(struct axis *a)
 {
     const int32_t away_ms = (int32_t)(a->time_ms - a->thread_ms);
@@ -303,13 +306,13 @@ static void watch_thread(struct axis *a)
     }
 }
 
-/* False if the measured speed is in doubt, or the bridge may be off: nothing else is believed then. */
+/* False if the measured speed is suspect, or the bridge may be off: then nothing else is checked. */
 static bool rotor_is_sound(struct axis *a, uint32_t turn)
 {
     return rotor_has_encoder(a) ? encoder_watch_step(a, turn) : lock_watch_step(a);
 }
 
-/* The parts take turns, to spread the load: phases and speed every second millisecond, what is slow every fourth. */
+/* The parts alternate, to spread the load: phases and speed every second millisecond, the slow ones every fourth. */
 static void step_running(struct axis *a, uint32_t turn)
 {
     if (!rotor_is_sound(a, turn)) {
@@ -331,7 +334,7 @@ static void step_running(struct axis *a, uint32_t turn)
     }
 }
 
-/* Nothing, or, in the bursts of identify, what flows on the mean but not in a sample. */
+/* No current is commanded; or identify plays a burst, where samples differ from the mean. */
 static bool asks_no_phase(const struct axis *a)
 {
     const volatile struct current_loop *const c = &a->loop;
@@ -340,8 +343,8 @@ static bool asks_no_phase(const struct axis *a)
 }
 
 /*
- * Whatever asks for a current before operation, with an encoder, without, or to identify: a phase without its share is open
- * there, too. Where nothing is asked, as in the wiring test, nothing is missed. Whoever wanted the start must still be there.
+ * Before operation: open phases are detected whenever a current is commanded, which the wiring test does not; and the command
+ * time-out applies.
  */
 static void watch_start(struct axis *a, uint32_t turn)
 {

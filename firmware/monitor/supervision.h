@@ -15,19 +15,19 @@
 
 /* ==== the speed ==== */
 
-/* Compares the speed with its reference: lost, stalled, or oscillating. */
+/* Compares the speed with its reference: lost, stalled or oscillating. */
 
 struct speed_watch {
     int32_t deviation_q4; /* rpm: the limit */
-    uint32_t far_ms;      /* on one side of the reference: what swings about it is not lost */
+    uint32_t far_ms;      /* on one side of the reference: an oscillation about it is not a lost speed */
     bool below;           /* the reference, a millisecond ago: the error is negative */
-    bool crossed;         /* it, since the last step */
+    bool crossed;         /* the reference, since the last step */
     int32_t speed_q4;     /* at the last step */
-    int32_t rate_q4;      /* at which the shaft leaves the reference, per step, smoothed */
+    int32_t rate_q4;      /* at which the speed leaves the reference, per step, filtered */
     uint32_t losing_ms;   /* how long it has been about to exceed the limit, at full current */
-    bool coming_to_rest;  /* it was within milliseconds of its rest when it last moved */
+    bool coming_to_rest;  /* it was decelerating to standstill within milliseconds when it last moved */
     uint32_t stalled_ms;
-    uint32_t oscillations; /* found by the speed loop when last looked at */
+    uint32_t oscillations; /* count of the speed loop when last read */
 };
 
 /* A limit cycle: half waves of the speed error, nearly equal in length, with much current. */
@@ -44,7 +44,7 @@ struct cycle_watch {
 /* Starts, from the parameters. Slow loop, when operation begins. */
 void speed_watch_begin(struct axis *a);
 
-/* Slow loop, every millisecond: half of what swings at 500 Hz is over by then. */
+/* Slow loop, every millisecond, for oscillations of up to 500 Hz. */
 void speed_watch_side(struct axis *a);
 
 /* Slow loop, every second millisecond. */
@@ -64,10 +64,10 @@ struct supervision {
 /* Starts, from the parameters. Slow loop, when operation begins. */
 void supervision_begin(struct axis *a);
 
-/* The same without the encoder's part, which has given the rotor up. Slow loop. */
+/* The same without the encoder's part, after a failover. Slow loop. */
 void supervision_begin_again(struct axis *a);
 
-/* Who commands has said nothing for longer than command_timeout_ms. Any context. */
+/* The owner has sent nothing for longer than command_timeout_ms. Any context. */
 bool supervision_is_silent(const struct axis *a);
 
 /* One step. Slow loop, last. */

@@ -10,17 +10,17 @@
 #define INVERTER_SAMPLE   2u
 #define AMBIENT_C         40
 #define AMBIENT_Q4        (AMBIENT_C * 16)
-#define COPPER_ZERO_C     235 /* below zero: where copper's resistance, extrapolated linearly, would vanish */
+#define COPPER_ZERO_C     235 /* copper: linear extrapolation of the resistance is zero at -235 degC */
 #define DERATE_Q4         (10 * 16)
-#define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more cannot last until the next update */
+#define LOSS_MAX_Q10      (20 << 10) /* times the rated loss: the range of the calculation */
 #define TOP_Q20           ((1 << 20) + (1 << 20) / 20)
 #define INVERTER_BAND_Q15 (Q15_ONE / 10)
-#define SENSOR_LEAST_CODE 16u /* what is nearer to an end of the range is no temperature */
-#define SENSOR_MOST_CODE  4079u
-#define SENSOR_FAR_Q4     (80 * 16) /* a model at rest in the cold: -40 degC */
+#define SENSOR_MIN_CODE   16u /* closer to an end of the range is not a valid temperature */
+#define SENSOR_MAX_CODE   4079u
+#define SENSOR_FAR_Q4     (80 * 16) /* from a model at 40 degC ambient to -40 degC */
 #define SENSOR_UPDATES    20u       /* two seconds */
 
-/* The fraction of the way to its final value that a body of this time constant covers per update; at most all of it. */
+/* Fraction of the step response per update, for this time constant; 1 at most. */
 static int32_t rate_q31(int32_t tau_ms)
 {
     const int64_t rate = ((int64_t)THERMAL_PERIOD_MS << 31) / tau_ms;
@@ -69,7 +69,7 @@ void thermal_init(struct thermal *th, struct thermal_memory *memory, const struc
     }
 }
 
-/* Towards the final value at the rate; rounded to nearest, so a long time constant does not stop short of it. */
+/* First-order lag; rounded to nearest, so that a long time constant does not stop short of the final value. */
 static void thermal_follow(int32_t *x_q20, int32_t end_q20, int32_t rate)
 {
     *x_q20 += (int32_t)((((int64_t)end_q20 - *x_q20) * rate + (1 << 30)) >> 31);
@@ -114,10 +114,12 @@ static void update_inverter(struct thermal *th)
 
 static bool is_temperature(uint32_t sensor_code)
 {
-    return sensor_code >= SENSOR_LEAST_CODE && sensor_code <= SENSOR_MOST_CODE;
+    return sensor_code >= SENSOR_MIN_CODE && sensor_code <= SENSOR_MAX_CODE;
 }
 
-/* Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than no fan and a hot start do. */
+/*
+ * Cooler than the model by more than good cooling explains; or, beyond t_max, warmer than a failed fan and a hot start explain.
+ */
 static bool is_far_from_model(const struct thermal *th, int32_t sensed_q4, int32_t model_q4)
 {
     const int32_t far_q4 = q15_max(SENSOR_FAR_Q4, (th->winding_full_q4 + th->housing_full_q4) * 2 / 3);
@@ -129,12 +131,12 @@ static void watch_sensor(struct thermal *th, uint32_t sensor_code, int32_t sense
     th->sensor_seen = th->sensor_seen || sensor_code != 0u;
     const bool doubtful =
         th->sensor_seen && (!is_temperature(sensor_code) || is_far_from_model(th, sensed_q4, model_q4));
-    if (doubtful && th->doubts < SENSOR_UPDATES) {
-        th->doubts++;
-    } else if (!doubtful && th->doubts > 0u) {
-        th->doubts--;
+    if (doubtful && th->implausible < SENSOR_UPDATES) {
+        th->implausible++;
+    } else if (!doubtful && th->implausible > 0u) {
+        th->implausible--;
     }
-    th->sensor_fails = th->doubts == SENSOR_UPDATES || (th->sensor_fails && th->doubts > 0u);
+    th->sensor_fails = th->implausible == SENSOR_UPDATES || (th->sensor_fails && th->implausible > 0u);
 }
 
 static void update_limit(struct thermal *th, uint32_t sensor_code)

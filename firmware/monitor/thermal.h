@@ -7,8 +7,8 @@
  * (copper: 1/(234.5 degC + T)). With a sensor, the warmer of model and sensor counts: the sensor lags a sudden overload, the
  * model does not see a blocked fan. Power stage: one body, I^2 t, settling at 1.0 at inverter_ma.
  *
- * A sensor that shows what cannot be is told (thermal_sensor_fails()): that is lost, at an end of its range, or so far from the
- * model that neither surroundings nor a supply that was off explain it. At an end of its range it does not count.
+ * An implausible sensor is reported (thermal_sensor_fails()): lost, at an end of its range, or so far from the model that
+ * neither ambient temperature nor a power-off explains it. At an end of its range it is ignored.
  *
  * Over the last 10 K, or the last tenth, the current limit falls to zero. Beyond that is a fault.
  *
@@ -43,7 +43,7 @@ struct thermal {
     int32_t rated_q10;                                             /* i_rated, 1024 = i_range */
     int32_t inverter_q10;                                          /* 0: not watched */
     int32_t winding_full_q4, housing_full_q4;                      /* rises at i_rated, 1/16 K */
-    int32_t winding_rate_q31, housing_rate_q31, inverter_rate_q31; /* fraction of the way covered per update */
+    int32_t winding_rate_q31, housing_rate_q31, inverter_rate_q31; /* fraction of the step response per update */
     int32_t max_q4;                                                /* t_max, 1/16 degC */
     /* state */
     int32_t winding_q20, housing_q20; /* rises, K */
@@ -52,7 +52,7 @@ struct thermal {
     int32_t factor_q15;               /* of the current limit, 0...1.0 */
     bool sensor_seen;                 /* one is fitted */
     bool sensor_fails;
-    uint32_t doubts; /* updates in which the sensor showed what cannot be, less those in which it did not */
+    uint32_t implausible; /* updates with an implausible sensor, less those with a plausible one */
 };
 
 /* Restores what `memory` holds if it is valid, else starts cold. Thread, once; memory may be NULL. */
@@ -87,13 +87,13 @@ static inline int32_t thermal_i_limit_q15(const struct thermal *th, int32_t i_ma
     return (i_max_q15 * th->factor_q15) >> 15;
 }
 
-/* For two seconds the sensor has shown what cannot be, and not for as long what can. Any context. */
+/* The sensor has been implausible for two seconds. Any context. */
 static inline bool thermal_sensor_fails(const struct thermal *th)
 {
     return th->sensor_fails;
 }
 
-/* Beyond their limits. Any context. */
+/* Above their limits. Any context. */
 static inline bool thermal_winding_too_hot(const struct thermal *th)
 {
     return th->winding_q4 > th->max_q4;

@@ -111,7 +111,7 @@ int32_t canopen_signed(uint32_t value, enum object_type type)
 void canopen_note_activity(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        owner_hear(c->drives[n].axis, OWNER_CAN);
+        owner_message(c->drives[n].axis, OWNER_CAN);
     }
 }
 

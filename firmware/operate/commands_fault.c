@@ -83,7 +83,7 @@ static void run_fault(struct session *s, const struct arguments *unused)
         answer_with_values(&s->out, detail, record->detail[0], record->detail[1]);
     }
     text_print(&s->out, "look at: %s\n", message_fault_hint(record->cause));
-    if (!axis_fabric_doubted(s->axis)) { /* else nothing was read */
+    if (!axis_fabric_is_untrusted(s->axis)) { /* else nothing was read */
         put_snapshot(&s->out, s->axis);
     }
 }

@@ -57,7 +57,7 @@ static void finish_line(struct console *k)
 {
     const bool machine = k->session.machine;
     for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
-        owner_hear(axis_numbered(k, axis), OWNER_CONSOLE);
+        owner_message(axis_numbered(k, axis), OWNER_CONSOLE);
     }
     stream_keep_alive(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {

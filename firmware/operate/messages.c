@@ -31,10 +31,10 @@ static const char *const phase_names[START_PHASES] = {
     [START_FIELD] = "aligning",
     [START_IDENTIFY] = "identifying",
     [START_CATCH] = "does it turn already?",
-    [START_DOUBT] = "wiring test",
+    [START_CHECK_TURNING] = "wiring test",
     [START_INJECTION] = "saliency test",
     [START_HALL] = "Hall switches",
-    [START_LAY_HALL] = "aligning",
+    [START_ALIGN_HALL] = "aligning",
     [START_LEARN_HALL] = "learning the Hall switches",
 };
 

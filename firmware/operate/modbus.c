@@ -302,7 +302,7 @@ static void carry_out(struct modbus *m, struct bus_drive *d, size_t length)
     const uint8_t to = m->frame.bytes[0];
     const bool broadcast = to == MODBUS_BROADCAST;
     const size_t count = length - 1u - CRC16_BYTES;
-    owner_hear(d->axis, OWNER_MODBUS);
+    owner_message(d->axis, OWNER_MODBUS);
     const size_t replied = modbus_function(d, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
     if (!broadcast) {
         send_reply(m, to, replied);

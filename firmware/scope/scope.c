@@ -344,7 +344,7 @@ void scope_sample(struct scope *s)
 
 void scope_step(struct scope *s)
 {
-    if (axis_fabric_doubted(s->axis)) {
+    if (axis_fabric_is_untrusted(s->axis)) {
         return;
     }
     sweep_step(&s->sweep);

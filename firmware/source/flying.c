@@ -10,10 +10,10 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-/* ---- the EMF, from look to look ---- */
+/* ---- tracking the EMF ---- */
 
-#define NEAR_Q32   (1 << 28)
-#define LOOKS_MOST 10
+#define NEAR_Q32  (1 << 28)
+#define LOOKS_MAX 10
 
 void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32_t speed_q32)
 {
@@ -25,7 +25,7 @@ void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32)
     const int32_t since = q15_max((int32_t)(at - t->at), 1);
     const uint32_t expected_q32 = emf_track_angle_q32(t, at);
     const int32_t off_q32 = (int32_t)(angle_q32 - expected_q32);
-    const int32_t k = q15_min((int32_t)t->looks + 1, LOOKS_MOST);
+    const int32_t k = q15_min((int32_t)t->looks + 1, LOOKS_MAX);
     const int32_t share_q32 = off_q32 / (k * (k + 1));
     t->good = q15_abs(off_q32 / 2) < NEAR_Q32 / 2 ? t->good + 1u : 0u;
     t->angle_q32 = expected_q32 + (uint32_t)(share_q32 * 2 * (2 * k - 1));
@@ -49,26 +49,26 @@ void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32)
 
 /* ---- the search ---- */
 
-#define ENOUGH_Q8   7   /* of i_max: a pulse with this much current is long enough; up to twice as much is allowed */
+#define ENOUGH_Q8   7 /* of i_max, in 256ths: current of a pulse that is long enough; up to twice as much is allowed */
 #define SEEN_Q15    128 /* 8 codes of 12 bits: less is noise */
 #define QUIET_LOOKS 3u
 #define PAIR_SHIFT  3   /* an eighth of a millisecond between two pulses, and their own time */
-#define GOOD_PULSES 10u /* in a row where they are expected */
+#define GOOD_PULSES 10u /* in a row within the expected angle */
 #define GOOD_STEPS  8u
 #define PULSES_MS   40u
 #define ZERO_MS     32u
-#define SETTLES_MS  3u                       /* the current controllers have found the EMF */
-#define LEAST_STEPS (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if its rotation fits that size */
-#define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: more than dead time can make */
+#define SETTLES_MS  3u                       /* settling time of the current controllers */
+#define MIN_STEPS   (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if its rotation fits that size */
+#define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: more than dead time can cause */
 #define MEAN_SHIFT  3u                       /* 8 samples */
-#define PLAYED      3u                       /* samples from a set of integrals to the voltages that they make */
+#define PLAYED      3u                       /* samples from setting the integrals to the PWM output */
 
 #define HALF_TURN_Q32    0x80000000u
 #define QUARTER_TURN_Q32 0x40000000u
 
 void flying_begin(struct axis *a)
 {
-    a->flying = (struct flying){.counts = EMF_PULSE_SHORTEST};
+    a->flying = (struct flying){.counts = EMF_PULSE_MIN};
     current_loop_field(&a->loop, 0, 0);
     if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER)) {
         fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
@@ -77,7 +77,7 @@ void flying_begin(struct axis *a)
 
 /* ---- caught ---- */
 
-/* The track gives the rotor's position at the next sample. */
+/* Sets the loop's angle to the tracked one at the next sample. */
 static void place(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
@@ -95,7 +95,7 @@ static void flying_lead(struct axis *a)
     a->sensorless.ref_rpm_q16 = a->speed.estimate.speed_rpm_q15 * 2;
 }
 
-/* With the bridge off: the PWM outputs the EMF before the gates open, right after a sample, where the ripple is zero. */
+/* With the bridge off: the PWM outputs the EMF before the gates switch on, right after a sample, where the ripple is zero. */
 static void open_gates_to_emf(struct axis *a)
 {
     place(a);
@@ -103,20 +103,18 @@ static void open_gates_to_emf(struct axis *a)
     observer_follow(&a->loop, &a->tuning, OBSERVER_LEADS);
     emf_pulse_wait(a->fabric, PLAYED);
     place(a);
-    (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
+    (void)bridge_enable(&a->loop, a->fabric); /* if refused, the next step finds the fault */
     flying_lead(a);
 }
 
-/*
- * With the bridge on and zero current. No sample comes in between. The voltages stay as they are.
- */
+/* With the bridge on and zero current, between two samples. The voltages do not change. */
 static void turn_to_rotor(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
     const uint32_t mask = cpu_irq_save();
     place(a);
     current_loop_follow_rotor(c);
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     cpu_irq_restore(mask);
     flying_lead(a);
 }
@@ -163,7 +161,7 @@ static struct emf_pulse pulse(struct axis *a)
                                       : emf_pulse_period(&a->loop, a->fabric, (uint32_t)a->tuning.samples);
 }
 
-/* About twice as long; finally a whole period, if the present current predicts no more than is allowed. */
+/* Doubles the pulse; finally a whole period, if its predicted current is allowed. */
 static bool lengthen(struct axis *a, int32_t size_q15, int32_t enough_q15)
 {
     struct flying *const f = &a->flying;
@@ -183,12 +181,12 @@ static int32_t size_of(const struct emf_pulse *p)
     return magnitude_q15(p->i.alpha, p->i.beta);
 }
 
-/* A rotor slow enough for whole periods may be lost in the noise of its pulses: its voltage shows more. */
+/* If whole periods give too noisy pulses, changes to measuring the voltage at zero current. */
 static void give_up_pulses(struct axis *a)
 {
     if (a->flying.counts == CONFIG_PWM_COUNTS) {
         regulate_to_nothing(a);
-    } else { /* it turns unevenly, or does not match the parameters */
+    } else { /* uneven rotation, or wrong parameters */
         fault_raise(a, FAULT_LOCK_LOST);
     }
 }
@@ -222,7 +220,7 @@ static enum flying_result step_pulses(struct axis *a)
 
 /* ---- no current ---- */
 
-/* The mean of the voltages over some samples, against current-sensor noise: as of the middle sample. */
+/* Mean of the voltages over some samples, against current-sensor noise; valid at the middle sample. */
 static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
 {
     const volatile struct current_loop *const c = &a->loop;
@@ -237,7 +235,7 @@ static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
     return adc_sequence(&a->fabric->adc) - (1u << (MEAN_SHIFT - 1u));
 }
 
-/* Dead-time residue does not rotate; an EMF rotates at the speed its size implies, within a factor of two. */
+/* An EMF, unlike dead-time error, rotates at the speed that its amplitude implies, within a factor of two. */
 static bool turns_by_its_size(const struct axis *a, int32_t size_steps)
 {
     const int32_t vbus_q15 = q15_max(adc_vbus_q15(&a->fabric->adc), 1);
@@ -252,7 +250,7 @@ static enum flying_result step_zero(struct axis *a)
     dq_t v_steps;
     const uint32_t at = mean_voltage(a, &v_steps);
     const int32_t size_steps = magnitude_q15(v_steps.d, v_steps.q);
-    if (f->ms > SETTLES_MS && size_steps > LEAST_STEPS) {
+    if (f->ms > SETTLES_MS && size_steps > MIN_STEPS) {
         emf_track_find(&f->track, at, atan2_q32(v_steps.q, v_steps.d));
     } else {
         f->track = (struct emf_track){.looks = 0};

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Flying start: finds, without an encoder or a voltage sensor, whether the rotor turns at switch-on, and where it is. The order
- * keeps every step below a tenth of rated torque:
+ * Flying start: finds, without an encoder or a voltage sensor, whether the rotor turns at switch-on, and its angle. In this
+ * order, every step stays below a tenth of rated torque:
  *
  *   pulses        of some microseconds (commission/pulses.h), bridge off in between, each twice as long as the last until
- *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the next track it
- *   no current    if the longest pulse shows next to nothing, the EMF is small enough to switch the current loop on and
+ *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the next ones track it
+ *   no current    if the longest pulse shows almost no current, the EMF is small enough to switch the current loop on and
  *                 regulate to zero current. Its voltages are then the EMF, and are tracked the same way
- *   and on        the observer begins with that angle, that speed, and the matching voltages; the gates open right after a
- *                 sample, when the PWM already outputs these voltages. The speed loop goes on from that speed
+ *   then          the observer starts from that angle, speed, and the matching voltages; the gates switch on right after
+ *                 a sample, when the PWM already outputs these voltages. The speed loop starts from that speed
  *
- * If neither shows a turning rotor, it is at or near standstill, and the start is the one from standstill.
+ * If neither shows a turning rotor, the start continues as from standstill.
  */
 #ifndef FIRMWARE_SOURCE_FLYING_H
 #define FIRMWARE_SOURCE_FLYING_H
@@ -20,32 +20,32 @@
 
 struct axis;
 
-/* ---- the EMF, from look to look ---- */
+/* ---- tracking the EMF ---- */
 
 /*
- * Tracks the EMF's direction from looks at equal intervals: gives its angle at any sample, and its speed. A least-squares line
- * through the looks so far, as an alpha-beta filter whose gains fall from look to look (Brookner, "Tracking and Kalman
- * Filtering Made Easy", 1998: the beginning of a track): alpha 2 (2 k - 1) / (k (k + 1)), beta 6 / (k (k + 1)). From the tenth
- * look on they stay constant, to follow a rotor that slows down.
+ * Tracks the EMF's direction from measurements at equal intervals: gives its angle at any sample, and its speed. A
+ * least-squares line through the measurements so far, as an alpha-beta filter with decreasing gains (Brookner, "Tracking and
+ * Kalman Filtering Made Easy", 1998: the beginning of a track): alpha 2 (2 k - 1) / (k (k + 1)), beta 6 / (k (k + 1)). From the
+ * tenth measurement on they are constant, to follow a rotor that slows down.
  *
- * Angles Q32 of a turn, speeds Q32 a sample, times in samples. A look can be wrong by whole turns: the speed must be known
- * well enough that the next look is less than half a turn from where it is expected.
+ * Angles Q32 of a turn, speeds Q32 a sample, times in samples. A measurement is ambiguous by whole turns: the speed must be
+ * known well enough that the next one is less than half a turn from its expected angle.
  */
 struct emf_track {
     uint32_t looks;
-    uint32_t good;      /* looks in a row within 22 degrees of the expected angle */
-    uint32_t at;        /* the sample of the last look */
-    uint32_t angle_q32; /* then */
+    uint32_t good;      /* measurements in a row within 22 degrees of the expected angle */
+    uint32_t at;        /* number of the sample of the last one */
+    uint32_t angle_q32; /* its angle */
     int32_t speed_q32;
 };
 
-/* Takes the first look, and the speed from two looks less than half a turn apart. Slow loop. */
+/* Starts with the first measurement and a known speed. Slow loop. */
 void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32_t speed_q32);
 
-/* Takes another look, after the same interval as before. Slow loop. */
+/* Adds a measurement, after the same interval as before. Slow loop. */
 void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
-/* Takes any look, also the first, from looks = 0 on: the EMF must turn less than half a turn between two. Slow loop. */
+/* Adds any measurement, also the first (looks = 0), where the EMF turns by less than half a turn between two. Slow loop. */
 void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
 /* The EMF's direction at a sample. Any context. */
@@ -64,15 +64,15 @@ static inline uint32_t emf_track_rotor_q32(const struct emf_track *t, uint32_t a
 
 enum flying_result {
     FLYING_SEARCHES,
-    FLYING_CAUGHT, /* the observer leads */
-    FLYING_STANDS, /* turns too slowly to be seen, if at all; the bridge may be on, with no current */
+    FLYING_CAUGHT, /* the observer gives the angle */
+    FLYING_STANDS, /* at or near standstill; the bridge may be on, with no current */
 };
 
 struct flying {
     uint32_t ms;
-    uint32_t quiet;  /* looks that showed nothing */
+    uint32_t quiet;  /* measurements without a result */
     uint32_t counts; /* of a pulse */
-    bool regulates;  /* the second step */
+    bool regulates;  /* second step: current control to zero */
     struct emf_track track;
 };
 
@@ -83,8 +83,8 @@ void flying_begin(struct axis *a);
 enum flying_result flying_step(struct axis *a);
 
 /*
- * The caller knows the rotor's angle at the next sample, and its speed: the observer leads 3 samples later. Slow loop, bridge
- * off, LOOP_OBSERVER.
+ * Starts from a known angle at the next sample, and speed; the observer gives the angle 3 samples later. Slow loop, bridge off,
+ * LOOP_OBSERVER.
  */
 void flying_resume(struct axis *a, uint32_t angle_q32, int32_t speed_q32);
 

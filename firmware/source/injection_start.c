@@ -16,25 +16,26 @@
 
 #define LOCK_MS 40u
 
-/* Four parts: with, against, against, with. So drift cancels. */
+/* Current signs +, -, -, +, so that drift cancels. */
 #define POLARITY_PARTS   4u
 #define POLARITY_SETTLES 12u
 #define POLARITY_MS      24u
 #define POLARITY_TRIES   3u
 #define SIGMAS_SQUARED   36
-#define LEAST_PART       64 /* of the responses: a smaller part may be something else */
+#define MIN_PART         64 /* of the responses: a smaller one may be an artefact */
 
-#define PUSH_FIRST_MS  1u
-#define PUSH_LAST_MS   256u
-#define PUSH_SETTLES   24u
-#define PUSH_LEAST_Q32 ((1LL << 32) / 15) /* 24 degrees, twice between both ways; the tracked angle is right within 2 */
-#define PUSH_SEARCHES  16u
+#define PUSH_FIRST_MS 1u
+#define PUSH_LAST_MS  256u
+#define PUSH_SETTLES  24u
+/* 24 degrees, twice the difference of both directions; the tracked angle is accurate to 2 */
+#define PUSH_MIN_Q32  ((1LL << 32) / 15)
+#define PUSH_SEARCHES 16u
 
-#define PUSH_FAR_Q32  0x20000000u /* 45 degrees: the next would be four times as far */
-#define PUSH_VOID_Q32 0x60000000u /* 135: from half a turn on it would look like less */
+#define PUSH_FAR_Q32  0x20000000u /* 45 degrees: the next push would be four times as far */
+#define PUSH_VOID_Q32 0x60000000u /* 135 degrees: beyond half a turn the result would be ambiguous */
 
 /* 4 LSB per degree: 229 per radian. */
-#define RADIAN_LEAST 230
+#define RADIAN_MIN 230
 
 #define DEGREE_OF_RADIAN_Q16 1144 /* 1 / 57.296 */
 
@@ -42,7 +43,7 @@ enum start_step {
     STEP_SWEEP,
     STEP_LOCK,
     STEP_POLARITY,
-    STEP_REST, /* the test's current fades */
+    STEP_REST, /* ramps the test current down */
     STEP_PUSH,
 };
 
@@ -71,7 +72,7 @@ static void next_step(struct injection_start *s, enum start_step step)
 
 /* ---- sweep ---- */
 
-/* This angle's part of the sums: means over its samples. */
+/* Adds this angle's mean responses to the sums. */
 static void add_angle(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
@@ -85,7 +86,7 @@ static void add_angle(struct axis *a)
     s->sum_straight += d;
 }
 
-/* No voltage except the wave: the EMF brakes. */
+/* No voltage except the injected one: shorted windings brake. */
 static void short_windings(volatile struct current_loop *c)
 {
     current_loop_drop_voltage(c);
@@ -99,7 +100,7 @@ static enum injection_result leave_sweep(struct axis *a)
     s->straight = s->sum_straight / (int32_t)SWEEP_ANGLES;
     s->radian = magnitude_q15(re, im) * 4 / (int32_t)SWEEP_ANGLES;
     s->detail_q8 = (q15_min(s->radian, INT16_MAX) * DEGREE_OF_RADIAN_Q16) >> 8;
-    if (s->radian < RADIAN_LEAST) {
+    if (s->radian < RADIAN_MIN) {
         return INJECTION_SALIENCY;
     }
     injection_track(&a->loop, &a->tuning, atan2_q32(im, re) / 2u, s->radian);
@@ -140,7 +141,7 @@ static void begin_polarity(struct axis *a, int32_t i_q15)
     s->with_squares = s->against_squares = 0;
 }
 
-/* Half a turn further: quantities in the present frame change sign in the new one. */
+/* Turns the frame by half a turn: all quantities change sign. */
 static void injection_turn_round(volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
@@ -164,7 +165,7 @@ static bool injection_differ(const struct injection_start *s)
     const int64_t count = (int64_t)(POLARITY_MS - POLARITY_SETTLES) * (POLARITY_PARTS / 2u);
     const int64_t difference = (int64_t)s->with - s->against;
     const int64_t both = scatter(s->with_squares, s->with, count) + scatter(s->against_squares, s->against, count);
-    const int64_t least = ((int64_t)s->with + s->against) / LEAST_PART;
+    const int64_t least = ((int64_t)s->with + s->against) / MIN_PART;
     return difference * difference > SIGMAS_SQUARED * both && (difference < 0 ? -difference : difference) > least;
 }
 
@@ -172,12 +173,12 @@ static enum injection_result leave_polarity(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     s->tries++;
-    s->told = injection_differ(s);
-    if (!s->told && s->tries < POLARITY_TRIES) {
+    s->polarity_found = injection_differ(s);
+    if (!s->polarity_found && s->tries < POLARITY_TRIES) {
         begin_polarity(a, q15_min(s->i_q15 + s->i_q15 / 2, a->tuning.i_max_q15));
         return INJECTION_RUNNING;
     }
-    if (s->told && s->with < s->against) {
+    if (s->polarity_found && s->with < s->against) {
         injection_turn_round(&a->loop);
     }
     current_loop_ask_d(&a->loop, 0);
@@ -185,7 +186,7 @@ static enum injection_result leave_polarity(struct axis *a)
     return INJECTION_RUNNING;
 }
 
-static enum injection_result tell_polarity(struct axis *a)
+static enum injection_result decide_polarity(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     const uint32_t part = s->ms / POLARITY_MS;
@@ -213,51 +214,53 @@ static void begin_push(struct axis *a, uint32_t push_ms)
     s->push_from_q32 = a->loop.pll.angle_q32;
 }
 
-/* Twice the angle between both ways, by the windows before and after the middle one: a drift or a constant load cancels. */
+/*
+ * Twice the angle between both directions, from the windows before and after the middle one: drift or a constant load cancels.
+ */
 static int64_t pushed_apart_q32(const struct injection_start *s)
 {
     return (int64_t)s->pushed_q32[0] - 2LL * s->pushed_q32[1] + s->pushed_q32[2];
 }
 
-static uint32_t pushed_most_q32(const struct injection_start *s)
+static uint32_t pushed_max_q32(const struct injection_start *s)
 {
-    uint32_t most_q32 = 0;
+    uint32_t max_q32 = 0;
     for (uint32_t n = 0; n < PUSH_WINDOWS; n++) {
         const uint32_t size_q32 = angle_size_q32(s->pushed_q32[n]);
-        most_q32 = size_q32 > most_q32 ? size_q32 : most_q32;
+        max_q32 = size_q32 > max_q32 ? size_q32 : max_q32;
     }
-    return most_q32;
+    return max_q32;
 }
 
-/* Which way it went: 1 forwards, -1 backwards, 0 not known. */
-static int32_t pushed_way(const struct injection_start *s)
+/* Direction of motion: 1 forward, -1 backward, 0 unknown. */
+static int32_t pushed_direction(const struct injection_start *s)
 {
     const int64_t apart_q32 = pushed_apart_q32(s);
-    if (pushed_most_q32(s) > PUSH_VOID_Q32) {
+    if (pushed_max_q32(s) > PUSH_VOID_Q32) {
         return 0;
     }
-    return apart_q32 >= PUSH_LEAST_Q32 ? 1 : (apart_q32 <= -PUSH_LEAST_Q32 ? -1 : 0);
+    return apart_q32 >= PUSH_MIN_Q32 ? 1 : (apart_q32 <= -PUSH_MIN_Q32 ? -1 : 0);
 }
 
-/* As long where one has told, or a longer one might turn it by half a turn. */
-static uint32_t next_push_ms(const struct injection_start *s, int32_t way)
+/* Doubles the push, unless it gave a result or a longer one might turn the rotor by half a turn. */
+static uint32_t next_push_ms(const struct injection_start *s, int32_t direction)
 {
-    const uint32_t most_q32 = pushed_most_q32(s);
-    if (most_q32 > PUSH_VOID_Q32) {
+    const uint32_t max_q32 = pushed_max_q32(s);
+    if (max_q32 > PUSH_VOID_Q32) {
         return s->push_ms > PUSH_FIRST_MS ? s->push_ms / 2u : PUSH_FIRST_MS;
     }
-    return way != 0 || most_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
+    return direction != 0 || max_q32 > PUSH_FAR_Q32 ? s->push_ms : 2u * s->push_ms;
 }
 
-/* Two searches must agree: what lets go of the rotor, or takes hold of it, in the middle of one would tell anything. */
+/* Two pushes in a row must agree, because a load that changes during one can give any result. */
 static enum injection_result leave_push(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
-    const int32_t way = pushed_way(s);
-    const uint32_t next_ms = next_push_ms(s, way);
+    const int32_t direction = pushed_direction(s);
+    const uint32_t next_ms = next_push_ms(s, direction);
     s->searches++;
-    if (way != 0 && way == s->way) {
-        if (way < 0) {
+    if (direction != 0 && direction == s->direction) {
+        if (direction < 0) {
             injection_turn_round(&a->loop);
         }
         return INJECTION_DONE;
@@ -265,7 +268,7 @@ static enum injection_result leave_push(struct axis *a)
     if (next_ms > PUSH_LAST_MS || s->searches == PUSH_SEARCHES) {
         return INJECTION_POLARITY;
     }
-    s->way = way != 0 ? way : s->way;
+    s->direction = direction != 0 ? direction : s->direction;
     begin_push(a, next_ms);
     return INJECTION_RUNNING;
 }
@@ -291,7 +294,7 @@ static enum injection_result push_north(struct axis *a)
     return INJECTION_RUNNING;
 }
 
-/* ---- all of it ---- */
+/* ---- sequence ---- */
 
 static enum injection_result rest(struct axis *a)
 {
@@ -301,7 +304,7 @@ static enum injection_result rest(struct axis *a)
     if (s->ms < POLARITY_SETTLES) {
         return INJECTION_RUNNING;
     }
-    if (s->told) {
+    if (s->polarity_found) {
         return INJECTION_DONE;
     }
     begin_push(a, PUSH_FIRST_MS);
@@ -327,7 +330,7 @@ static enum injection_result step(struct axis *a)
     case STEP_LOCK:
         return lock(a);
     case STEP_POLARITY:
-        return tell_polarity(a);
+        return decide_polarity(a);
     case STEP_REST:
         return rest(a);
     case STEP_PUSH:

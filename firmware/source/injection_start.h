@@ -5,14 +5,14 @@
  *   sweep      the voltage along eight angles over half a turn: (y_d + j y_q) exp(2j a), summed, is 8 2 U T Y1 exp(2j m). This
  *              gives the magnets' axis up to half a turn, and the current response per degree. Too little is refused
  *   lock       tracks the angle from there
- *   polarity   d current in either direction, and y_d with each. Saturation tells which end is north: current along the magnets
- *              saturates the iron more, and more current answers. Both ends must differ by six sigma; if not, repeats with half
- *              as much current again, up to twice. Left out where reluctance outweighs the magnets: there some rotors answer
+ *   polarity   d current in either direction, and y_d with each. Saturation shows the north pole: current along the magnets
+ *              saturates the iron more, and the response is larger. Both must differ by six sigma; if not, repeats with half
+ *              as much current again, up to twice. Omitted if reluctance outweighs the magnets: there some rotors respond
  *              less along the magnets, those with bridges that the magnets saturate, and some more (Lelli et al., ICEM 2024,
  *              doi 10.1109/ICEM60801.2024.10700403)
- *   push       there, and where saturation has told nothing: q current for some milliseconds, and as long the other way; then
- *              both the other way round, and once more as at first. Where north is taken for south the rotor goes backwards.
- *              Longer and longer, until both ways are 12 degrees apart, and once more to confirm it. A rotor that does not
+ *   push       in that case, or if saturation gave no result: q current for some milliseconds, then of opposite sign; then
+ *              both in reverse order, and again as at first. If north and south are confused, the rotor moves backwards.
+ *              Longer and longer, until both differ by 12 degrees, and once more to confirm it. A rotor that does not
  *              move, or is moved by something else, is refused
  */
 #ifndef FIRMWARE_SOURCE_INJECTION_START_H
@@ -29,7 +29,7 @@ enum injection_result {
     INJECTION_RUNNING,
     INJECTION_DONE,     /* angle and north are known, and tracked */
     INJECTION_SALIENCY, /* refused: too little current response per degree */
-    INJECTION_POLARITY, /* refused: pushes, and saturation where it counts, did not tell north */
+    INJECTION_POLARITY, /* refused: neither saturation nor pushes gave the north pole */
 };
 
 struct injection_start {
@@ -43,12 +43,12 @@ struct injection_start {
     int32_t i_q15;         /* of the polarity test */
     int32_t with, against; /* responses with each sign of it: sums, and squares of the milliseconds' */
     int64_t with_squares, against_squares;
-    bool told;              /* saturation has told which end is north */
-    uint32_t push_ms;       /* each way */
-    uint32_t searches;      /* of three windows */
-    int32_t way;            /* what the last one that told anything said: 1 forwards, -1 backwards, 0 nothing yet */
-    uint32_t push_from_q32; /* the angle before, */
-    int32_t pushed_q32[PUSH_WINDOWS]; /* and how far it went */
+    bool polarity_found;              /* saturation has shown the north pole */
+    uint32_t push_ms;                 /* in each direction */
+    uint32_t searches;                /* of three windows */
+    int32_t direction;                /* result of the last conclusive push: 1 forward, -1 backward, 0 none yet */
+    uint32_t push_from_q32;           /* angle before a push */
+    int32_t pushed_q32[PUSH_WINDOWS]; /* and its motion */
     uint32_t result;                  /* enum injection_result of the last start */
     int32_t detail_q8;                /* response per degree, LSB */
 };
@@ -60,8 +60,8 @@ bool injection_wanted(const struct axis *a);
 void injection_begin(struct axis *a);
 
 /*
- * True if voltages are to be held now, not currents: during lock, shorted windings brake a rotor that the wiring test has
- * pushed. Slow loop.
+ * True if voltages must be held now, not currents: during lock, shorted windings brake a rotor that the wiring test has moved.
+ * Slow loop.
  */
 bool injection_brakes(const struct axis *a);
 

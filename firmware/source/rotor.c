@@ -47,7 +47,7 @@ void rotor_take_speed(struct axis *a)
     }
     const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
     const int32_t track = a->loop.flux.track;
-    const uint32_t clocks = SETTLES_IN_SAMPLES * loop_counts / (uint32_t)(track < 1 ? OBSERVER_TRACK_MOST : track);
+    const uint32_t clocks = SETTLES_IN_SAMPLES * loop_counts / (uint32_t)(track < 1 ? OBSERVER_TRACK_MAX : track);
     if (!current_loop_is_on(&a->loop)) {
         speed_loop_take(&a->speed, 0, 0, clocks);
         return;

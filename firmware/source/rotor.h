@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The rotor's position and speed, and whether they are known, in one place for every source. The current loop has the angle and
+ * The rotor's position and speed, and whether they are known, for every source of the angle. The current loop has the angle and
  * the electrical speed (current_loop_angle_q32(), current_loop_w_q15()); the speed loop and its supervision take the shaft
  * speed from here.
  *
  *   encoder       edges and their times (control/speed_estimate.h)
- *   observer      its speed, as fast as its tracking loop: the speed loop's gains are reduced to match
+ *   observer      speed of its tracking loop; the speed loop's gains are reduced to its bandwidth
  *   Hall switches edges and their times (control/hall.h), the speed loop's gains as with the observer
- *   none of them  the rotor follows a prescribed field: the field's speed, for want of a better one
+ *   none of them  the speed of the prescribed field (I-f) that the rotor follows
  */
 #ifndef FIRMWARE_SOURCE_ROTOR_H
 #define FIRMWARE_SOURCE_ROTOR_H
@@ -41,7 +41,7 @@ static inline bool rotor_is_known(const struct axis *a)
     return rotor_has_encoder(a) ? a->start.aligned : a->loop.field_follows != 0u;
 }
 
-/* True if the injection leads now. Any context. */
+/* True if injection gives the angle now. Any context. */
 static inline bool injection_leads(const struct axis *a)
 {
     return FEATURE_IN(INJECTION) && a->loop.source == LOOP_INJECTION;
@@ -50,7 +50,7 @@ static inline bool injection_leads(const struct axis *a)
 /* Measures the speed by an encoder. Slow loop, first, whatever the state. */
 void rotor_count(struct axis *a);
 
-/* Takes it from another source. Slow loop, first, whatever the state. */
+/* The same from another source. Slow loop, first, whatever the state. */
 void rotor_take_speed(struct axis *a);
 
 #endif

@@ -10,31 +10,31 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-/* ==== the lead of injection's angle ==== */
+/* ==== injection or observer ==== */
 
-#define OBSERVER_MS 20u /* the observer must see the rotor for this long before it leads */
+#define OBSERVER_MS 20u /* the observer must be valid for this long before it takes over */
 
 /*
- * And once its tracking loop, whose pole scales with the speed, is five sixths as fast as the injection's: a slow one slows
- * down further and loses the rotor when a load step stops it. Back when it is two thirds as fast.
+ * It takes over when its tracking loop, whose pole scales with speed, has five sixths of the injection's bandwidth: a slower
+ * one loses the rotor when a load step stops it. Back at two thirds.
  */
 #define TAKES_SIXTHS  5
 #define LEAVES_SIXTHS 4
 
-/* Or once the wave no longer fits beside the voltage that the q current takes at this speed. */
-#define ROOM_LEAST_Q8 240
-#define ROOM_BACK_Q8  288
+/* Or when the injected voltage no longer fits into the circle at this speed and q current. */
+#define ROOM_MIN_Q8  240
+#define ROOM_BACK_Q8 288
 
 static bool observer_is_quick(const struct axis *a, int32_t sixths)
 {
-    const int32_t w = q15_abs(a->loop.pll.speed_q32) >> 14; /* as a gain of a tracking loop with its pole there */
+    const int32_t w = q15_abs(a->loop.pll.speed_q32) >> 14; /* as the gain of a tracking loop with this pole */
     return ((w * observer_quickest_q8(&a->tuning)) >> 8) * 6 >= a->loop.inject.track * sixths;
 }
 
 void injection_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
-    const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_LEAST_Q8;
+    const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_MIN_Q8;
     s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_LEADS_Q8 ? s->calm_ms + 1u : 0u;
     if (s->calm_ms >= OBSERVER_MS) {
         observer_preset(&a->loop, &a->tuning);
@@ -43,7 +43,7 @@ void injection_after_control(struct axis *a)
     }
 }
 
-bool injection_wants_back(const struct axis *a)
+bool injection_should_lead(const struct axis *a)
 {
     return a->loop.inject.track != 0 && !observer_is_quick(a, LEAVES_SIXTHS) &&
            injection_room_q8(&a->loop, &a->tuning) > ROOM_BACK_Q8;
@@ -68,27 +68,27 @@ void injection_lead_follow(struct axis *a)
 }
 
 #define QUARTER_Q32    0x40000000u
-#define HOLD_SHIFT     6 /* the held voltage covers a 64th of the way per millisecond */
+#define HOLD_SHIFT     6 /* the held voltage moves by 1/64 of the difference per millisecond */
 #define MARGIN(tenths) (256 * (tenths) / 10)
 #define SEES_MARGIN    MARGIN(15) /* the observer is released */
 #define LEADS_ALL \
-    MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */
-#define WEAK_MARGIN MARGIN(30) /* and no longer */
-#define DOUBT_MARGIN \
+    MARGIN(20) /* and may take over: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */
+#define WEAK_MARGIN MARGIN(30) /* and must hand back */
+#define DOUBTFUL_MARGIN \
     MARGIN(60) /* nor if its flux is off by DOUBT_RHO_Q15: at 0.3 it counts as lost (monitor/lock_watch.c) */
-#define DOUBT_RHO_Q15  8847
-#define CALM_MS        20u
-#define WEAK_MS        8u
-#define CALM_RHO_Q15   8192                      /* a quarter */
-#define CALM_LAG_Q32   (1u << 28)                /* 22 degrees from its mean over 16 ms: it swings but is not lost */
-#define LAG_MOST_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
-#define LAG_SHIFT      4
-#define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
-#define SLEW_SHIFT     4         /* a 16th of i_max a millisecond: currents of the field come and go */
+#define DOUBT_RHO_Q15 8847
+#define CALM_MS       20u
+#define WEAK_MS       8u
+#define CALM_RHO_Q15  8192                      /* a quarter */
+#define CALM_LAG_Q32  (1u << 28)                /* 22 degrees from its mean over 16 ms: it oscillates but is not lost */
+#define LAG_MAX_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
+#define LAG_SHIFT     4
+#define YIELD_MAX_Q32 (1 << 29) /* 45 degrees */
+#define SLEW_SHIFT    4         /* slew of the field's currents: 1/16 of i_max a millisecond */
 
 enum align_step {
-    ALIGN_ACROSS, /* 90 degrees from the rotor's final position: there is no pull from the opposite side */
-    ALIGN_NEARER, /* half of that: friction of two thirds of the pull holds a rotor 130 degrees away */
+    ALIGN_ACROSS, /* 90 degrees from the rotor's final position, because there is no torque at 180 degrees */
+    ALIGN_NEARER, /* half of that: friction of two thirds of the torque holds a rotor at 130 degrees */
     ALIGN_ALONG,
     ALIGN_LESS, /* with less current, to measure the resistance; a load is still held */
 };
@@ -111,7 +111,7 @@ void sensorless_begin(struct axis *a)
     current_loop_field(&a->loop, QUARTER_Q32, 0);
 }
 
-/* The voltage slowly follows the missing current: for the swinging rotor it is constant. */
+/* The voltage slowly follows the current error: constant on the scale of the rotor's oscillation, which it damps. */
 static void hold_voltage(struct axis *a, int32_t i_q15)
 {
     struct sensorless *const s = &a->sensorless;
@@ -124,7 +124,7 @@ static void hold_voltage(struct axis *a, int32_t i_q15)
 
 /*
  * The resistance at the winding's present temperature: from two currents, so dead time drops out. They differ by a quarter,
- * which may be ten ADC steps: single samples would not do. Limited to what temperature and tolerance can make of the parameter.
+ * which may be ten ADC steps, so samples are averaged. Limited to what temperature and tolerance can make of the parameter.
  */
 static void take_resistance(struct axis *a)
 {
@@ -175,20 +175,20 @@ bool sensorless_align(struct axis *a)
     const int32_t i_q15 = a->tuning.field.i_align_q15;
     const int32_t now_q15 = s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15;
     hold_voltage(a, now_q15);
-    current_loop_ask_d(&a->loop, now_q15); /* regulated by nobody: what the phases should carry */
+    current_loop_ask_d(&a->loop, now_q15); /* not regulated: what the phases should carry, for the monitors */
     s->ms++;
     const uint32_t takes_ms = (uint32_t)a->tuning.field.align_ms >> (s->step == ALIGN_NEARER ? 1 : 0);
     return s->ms >= takes_ms && align_next(a);
 }
 
-/* ---- the field leads ---- */
+/* ---- I-f: the field is prescribed ---- */
 
 static int32_t lag_of(const struct axis *a)
 {
     return (int32_t)(current_loop_angle_q32(&a->loop) - a->loop.pll.angle_q32);
 }
 
-/* One angle's lead over another, the shorter way round. */
+/* Signed difference of two angles. */
 static int32_t turned_by(int32_t angle_q32, int32_t from_q32)
 {
     return (int32_t)((uint32_t)angle_q32 - (uint32_t)from_q32);
@@ -211,10 +211,10 @@ static bool is_calm(struct axis *a)
     s->grows_q32 = off_q32 >> LAG_SHIFT;
     return c->flux.margin_q8 >= LEADS_ALL && c->flux.margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
            q15_abs(c->flux.rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
-           angle_size_q32(lag_q32) < LAG_MOST_Q32;
+           angle_size_q32(lag_q32) < LAG_MAX_Q32;
 }
 
-/* The rotor's rest position relative to the field: the mean of a swing period, starting where it is first seen. */
+/* The rotor's mean position relative to the field, over a period of its oscillation. */
 static void follow_rest(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
@@ -233,7 +233,7 @@ static void observer_takes_over(struct axis *a)
     const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
     current_loop_follow_rotor(c);
     current_loop_correct(c, 0u, -(a->sensorless.grows_q32 / a->tuning.loops_per_slow));
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     rotor_take_speed(a);
     const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
     speed_loop_reset(&a->speed, torque_q15);
@@ -253,17 +253,17 @@ static void set_field_current(struct axis *a)
 }
 
 /*
- * The rotor swings about the field, damped only by friction. A yielding field damps it, too: the field waits by as much as the
- * rotor lags beyond its mean over a period or so. Acts as a damper of 0.35 of the critical one.
+ * The rotor oscillates about the field, damped only by friction. This adds damping of 0.35 of critical: the field is held back
+ * by as much as the rotor lags beyond its mean over about a period.
  */
 static int32_t yield_q32(const struct axis *a)
 {
     const struct sensorless *const s = &a->sensorless;
-    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MOST_Q32, YIELD_MOST_Q32);
+    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MAX_Q32, YIELD_MAX_Q32);
     return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
 }
 
-/* The steepest ramp now. */
+/* The maximum ramp now. */
 static int32_t field_ramp_q16(const struct axis *a)
 {
     const struct tuning_field *const t = &a->tuning.field;
@@ -303,11 +303,11 @@ bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
     return true;
 }
 
-/* ---- the observer leads ---- */
+/* ---- the observer gives the angle ---- */
 
 /*
- * The current intended along the field is at an angle to the rotor: its torque part is there already, and the rest will come
- * along the magnets.
+ * The field's current, seen in the rotor's frame: its torque-producing part is present already, the rest ramps up along the
+ * magnets.
  */
 static void field_takes_over(struct axis *a)
 {
@@ -318,11 +318,11 @@ static void field_takes_over(struct axis *a)
     a->sensorless.calm_ms = 0;
     a->sensorless.sees = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
-    current_loop_adopt(c, a->fabric, &a->tuning);
+    current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     a->speed.ref_rpm_q16 = scale_clamp(2LL * tuning_rpm_q15(&a->tuning, c->pll.speed_q32), -INT32_MAX, INT32_MAX);
 }
 
-/* The rotor follows the ramp: its speed change is fed forward and need not show in the angle first. */
+/* Feeds the ramp's acceleration forward into the observer's speed. */
 static void follow_ramp(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
@@ -333,11 +333,11 @@ static void follow_ramp(struct axis *a)
     }
 }
 
-/* The EMF fades: a wrong resistance shows in the flux before the margin is gone. */
+/* At low EMF a wrong resistance shows in the flux amplitude before the margin is too small. */
 static bool observer_is_weak(const volatile struct current_loop *c)
 {
     return c->flux.margin_q8 < WEAK_MARGIN ||
-           (c->flux.margin_q8 < DOUBT_MARGIN && q15_abs(c->flux.rho_q15) > DOUBT_RHO_Q15);
+           (c->flux.margin_q8 < DOUBTFUL_MARGIN && q15_abs(c->flux.rho_q15) > DOUBT_RHO_Q15);
 }
 
 void sensorless_after_control(struct axis *a)
@@ -357,13 +357,13 @@ void sensorless_after_control(struct axis *a)
         injection_after_control(a);
         return;
     }
-    const bool weak = observer_is_weak(c) || (FEATURE_IN(INJECTION) && injection_wants_back(a));
+    const bool weak = observer_is_weak(c) || (FEATURE_IN(INJECTION) && injection_should_lead(a));
     s->weak_ms = s->extra_q15 == 0 && weak ? s->weak_ms + 1u : 0u;
     if (s->weak_ms < WEAK_MS || (FEATURE_IN(INJECTION) && injection_takes_over(a))) {
         return;
     }
     if (a->tuning.reluctant) {
-        fault_report(a, FAULT_LOCK_LOST, 0, c->flux.margin_q8 * 10 / 256); /* it does not follow a field either */
+        fault_report(a, FAULT_LOCK_LOST, 0, c->flux.margin_q8 * 10 / 256); /* nor can the field take over */
     } else {
         field_takes_over(a);
     }

@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Operation without an encoder. When the EMF shows the rotor, the flux observer leads (control/observer.h): currents are
- * regulated in its frame; speed and torque are controlled as usual. When it does not, a field is prescribed: a current vector
- * that the rotor follows turns at the reference speed (I-f, for example Wang, Lu, Zhang: "Sensorless control of PMSM from zero
- * speed by I-f", and every text on synchronous starting). Load shifts the rotor from the field by asin(T / T_max), and nothing
- * else shows it.
+ * Operation without an encoder. With enough EMF the flux observer (control/observer.h) gives the angle: currents are regulated
+ * in its frame; speed and torque are controlled as usual. With too little, I-f control: a current vector turns at the reference
+ * speed and the rotor follows (for example Wang, Lu, Zhang: "Sensorless control of PMSM from zero speed by I-f", and texts on
+ * synchronous starting). Load shifts the rotor from the field by asin(T / T_max); nothing else shows it.
  *
- *   start        the field steps through three angles, from 90 degrees to 0, since a rotor opposite the field feels no pull.
- *                Voltages are held, not currents: a winding at a fixed voltage damps a swinging rotor
- *   field        the observer is held to the field until there is something to see, and then finds the rotor by itself
- *   hand-over    when the margin has been large enough and the rotor calm for 20 ms. The frame turns to the rotor, and
- *                voltages and currents with it, so nothing changes; then the current that makes no torque fades
+ *   start        the field steps through three angles, from 90 degrees to 0, because there is no torque at 180 degrees.
+ *                Voltages are held, not currents: a winding at a fixed voltage damps the rotor's oscillation
+ *   field        the observer is locked to the field until there is enough EMF, and then runs free
+ *   hand-over    when the margin was large enough and the rotor steady for 20 ms. The frame turns to the rotor, and
+ *                voltages and currents with it, so nothing changes; then the current without torque is ramped down
  *   and back     below the smaller margin. The frame turns so that the field's current lies along it, and the missing
  *                current ramps up; torque and speed stay as they were
  */
@@ -20,46 +19,46 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* ==== the lead of injection's angle ==== */
+/* ==== injection or observer ==== */
 
 /*
- * Chooses what gives the rotor's angle in operation, saliency or EMF: injection below, the flux observer above, by the margin
- * of observability (control/observer.h) with hysteresis. Both share frame, angle, speed, voltages and integrals, so one store
- * hands over; the observer's flux is set from angle and currents.
+ * Selects the source of the rotor's angle in operation: injection at low speed, the flux observer above, by the margin of
+ * observability (control/observer.h) with hysteresis. Both share frame, angle, speed, voltages and integrals; the observer's
+ * flux is set from angle and currents.
  */
 
 struct axis;
 
-/* From injection to the observer, if that sees enough. Slow loop, while injection leads, after the control. */
+/* Changes from injection to the observer when its margin suffices. Slow loop, in injection, after the control. */
 void injection_after_control(struct axis *a);
 
-/* True if the observer's tracking loop is now too slow and injection is available. Slow loop, while the observer leads. */
-bool injection_wants_back(const struct axis *a);
+/* True if the observer's tracking loop is now too slow and injection is available. Slow loop, with the observer. */
+bool injection_should_lead(const struct axis *a);
 
-/* The observer sees too little: injection takes over; false if there is none. Slow loop. */
+/* The margin is too small: injection takes over; false if not available. Slow loop. */
 bool injection_takes_over(struct axis *a);
 
-/* Gains, after current_loop_follow(). Slow loop, while injection leads. */
+/* Gains, after current_loop_follow(). Slow loop, in injection. */
 void injection_lead_follow(struct axis *a);
 
 struct axis;
 
 struct sensorless {
-    uint32_t ms;        /* of the start, along this angle */
-    uint32_t step;      /* of it */
+    uint32_t ms;        /* of the start, at this angle */
+    uint32_t step;      /* of the start */
     int32_t v_q23;      /* voltage held meanwhile */
-    int32_t i_q23;      /* and the current it drives, equally smoothed */
-    int32_t v_full_q23; /* both at full current */
+    int32_t i_q23;      /* its current, with the same filter */
+    int32_t v_full_q23; /* both, at full current */
     int32_t i_full_q23;
     int32_t ref_rpm_q16;       /* the speed's reference a millisecond ago */
     int32_t i_q15;             /* the field's current */
-    int32_t lag_q32;           /* how far the rotor lags behind it, as observed; smoothed */
+    int32_t lag_q32;           /* the rotor's observed lag behind it, filtered */
     int32_t grows_q32;         /* its growth per millisecond */
-    int32_t rest_q32;          /* the value it swings about: the lag, smoothed longer */
-    bool sees;                 /* the observer runs free, and these are valid */
-    uint32_t calm_ms;          /* how long the observer could have led */
-    uint32_t weak_ms;          /* how long it should not lead */
-    int32_t extra_q15;         /* d current that makes no torque, left from the field */
+    int32_t rest_q32;          /* mean lag, about which the rotor oscillates */
+    bool sees;                 /* the observer runs free, and its angle is valid */
+    uint32_t calm_ms;          /* how long the observer's angle was good enough */
+    uint32_t weak_ms;          /* how long it was not */
+    int32_t extra_q15;         /* d current without torque, left from the field */
     uint32_t angle_before_q32; /* the rotor's a millisecond ago (rotor.c) */
 };
 
@@ -70,12 +69,12 @@ void sensorless_begin(struct axis *a);
 bool sensorless_align(struct axis *a);
 
 /*
- * One step while the field is prescribed: moves the speed reference, and the field with it. False if the observer leads, and
- * the caller must control speed or torque. Slow loop.
+ * One step of I-f control: ramps the speed reference, and the field with it. False if the observer gives the angle; then the
+ * caller controls speed or torque. Slow loop.
  */
 bool sensorless_lead_field(struct axis *a, int32_t slope_q16);
 
-/* Runs after the current references are set; decides whether to prescribe the field again. Slow loop. */
+/* Runs after the current references are set; decides about returning to I-f control. Slow loop. */
 void sensorless_after_control(struct axis *a);
 
 /* The observer's gains, after current_loop_follow(). Slow loop. */

@@ -18,7 +18,7 @@
 void handlers_bridges_off(void)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        if (!axis_fabric_doubted(&axes[n])) {
+        if (!axis_fabric_is_untrusted(&axes[n])) {
             gate_disable(&FABRIC(n)->gate);
         }
     }
@@ -44,8 +44,9 @@ static bool block_is_lost(void)
 {
     const uint32_t held = sysreg_held(BOOT_BLOCKS);
     const uint32_t n =
-        AXIS_COUNT > 1u && axis_fabric_doubted(&axes[0]) ? AXIS_COUNT - 1u : 0u; /* whom the fabric answers */
-    return held == SYSREG_RESET_FABRIC ? !axis_fabric_doubted(&axes[n]) && !gate_id_ok(&FABRIC(n)->gate) : held != 0u;
+        AXIS_COUNT > 1u && axis_fabric_is_untrusted(&axes[0]) ? AXIS_COUNT - 1u : 0u; /* whom the fabric answers */
+    return held == SYSREG_RESET_FABRIC ? !axis_fabric_is_untrusted(&axes[n]) && !gate_id_ok(&FABRIC(n)->gate)
+                                       : held != 0u;
 }
 
 /* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */

@@ -13,7 +13,7 @@ POINTER_TABLES = {
     "step_state": "state_steps",
     **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step", "set_point_take", "post", "aim"), "mode_*"),
     **dict.fromkeys(("start_source_before", "start_source_after", "start_begin", "start_step", "step_calibration",
-                     "step_wiring", "load_shows", "wiring_looks", "start_tuning"), "start_by_*"),
+                     "step_wiring", "is_driven_by_load", "wiring_failed", "start_tuning"), "start_by_*"),
     "commands_execute": "commands_*",
     "arguments_read": "argument_kinds",
     "modbus_function": "modbus_functions",
@@ -21,12 +21,12 @@ POINTER_TABLES = {
     "change_state": "cia402_transitions",
     "argument_candidate": "argument_kinds",
     "nearest_name": "argument_kinds",
-    **dict.fromkeys(("identify_measure", "identify_step", "identify_think"), "identify_script"),
+    **dict.fromkeys(("identify_measure", "identify_step", "identify_evaluate"), "identify_script"),
 }
 # and the words of a row that this function calls: slices of the table, where it does not call them all
 POINTER_COLUMNS = {"identify_measure": slice(1, None, 4), "identify_step": slice(1, None, 4),
-                   "identify_think": slice(2, None, 4), "start_begin": slice(0, None, 6), "step_calibration": slice(1, None, 6),
-                   "start_tuning": slice(5, None, 6)}
+                   "identify_evaluate": slice(2, None, 4), "start_begin": slice(0, None, 6),
+                   "step_calibration": slice(1, None, 6), "start_tuning": slice(5, None, 6)}
 
 
 def stack_step(instruction):

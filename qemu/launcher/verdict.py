@@ -30,7 +30,7 @@ PERIOD_S, LOOP_S = 50e-6, 2e-3
 DEVIATION = 0.2         # of speed_max: deviation_pct
 LAST_HZ = 1187.0        # electrical, of the firmware's speeds
 WARM_K = 80.0           # of the winding, above ambient
-ANSWER_LSB = 4.0        # firmware/source/injection_start.c: RADIAN_LEAST, by degrees
+ANSWER_LSB = 4.0        # firmware/source/injection_start.c: RADIAN_MIN, by degrees
 PUSH_SHARE, PUSH_S, PUSH_SEEN = 2 / 3, 0.256, math.radians(24)  # firmware/source/injection_start.c
 WARNED = "warning: oscillation"
 # what less gain makes worse; and the torque's swing before that steps the reference of i_d

@@ -145,9 +145,9 @@ def test_what_a_refusal_is_held_against_is_what_the_firmware_has():
         text = (REPO / "firmware/commission" / f"{file}.c").read_text()
         return int(re.search(rf"#define {name}\s+(\d+)", text)[1])
 
-    assert part_identify.RAMP_SHARE == 1 / number("identify_index", "RELUCTANT_PART")
-    assert part_identify.SPEED_SHARE == 1 / number("identify_index", "SPEED_SHARE")
-    assert part_identify.RAMP_S == number("identify_ramps", "PATIENCE_MS") / 1000
+    assert part_identify.RAMP_SHARE == 1 / number("identify_turn", "INDEX_RELUCTANT_PART")
+    assert part_identify.SPEED_SHARE == 1 / number("identify_turn", "SPEED_SHARE")
+    assert part_identify.RAMP_S == number("identify_speeds", "RAMPS_TIMEOUT_MS") / 1000
     assert part_identify.LATE_S == number("identify_map", "LATE_MS") / 1000
     assert part_identify.LATE_SHARE == pytest.approx(1 / number("identify_map", "LATE_PART"), rel=0.15)  # drawn
     assert part_identify.SWINGS_HZ == 3 * number("identify_numbers", "TURNING_SPEED_HZ")

@@ -116,7 +116,7 @@ void world_round(void)
     drive_retry(a);
     drive_learn(a);
     drive_restore_cogging(a);
-    identify_think(&a->identify);
+    identify_evaluate(&a->identify);
     while (drive_prepare(a) && a->switching.under_way && a->switching.built) {
         a->time_ms++; /* to the pace of starts: no state of its own */
     }
@@ -179,7 +179,7 @@ void explore_begin(int setup)
     a->params.command_timeout_ms = 5000;
     a->params.low_side_shunts = 0;
     choose(ways[setup].kind);
-    a->fabric_doubt = 0;
+    a->fabric_untrusted = 0;
     a->state = AXIS_SWITCH_ON_DISABLED;
     for (int ms = 0; ms < 20; ms++) {
         world_step();
@@ -221,8 +221,8 @@ static size_t key_of_drive(uint8_t *key)
     PUT(on || runs ? a->loop.source | (a->loop.field_follows != 0u ? 16u : 0u) : 255u);
     PUT(a->set_point.waits ? (runs ? a->set_point.mode : 254u) : 255u);
     PUT(on ? a->start.phase : 255u);
-    PUT(on && (a->start.phase == START_CATCH || a->start.phase == START_DOUBT) ? a->flying.regulates : 255u);
-    PUT(a->start.aligned | a->start.index_known << 1 | a->start.wired << 2 | a->start.unseen << 3 |
+    PUT(on && (a->start.phase == START_CATCH || a->start.phase == START_CHECK_TURNING) ? a->flying.regulates : 255u);
+    PUT(a->start.aligned | a->start.index_known << 1 | a->start.wired << 2 | a->start.recheck_wiring << 3 |
         a->start.remembered << 4);
     PUT(on && a->start.learns);
     PUT(a->reactions.stopping | r->wanted << 1 | r->waiting << 2 | r->due << 3 | (r->resumes && r->wanted) << 4);
@@ -236,7 +236,7 @@ static size_t key_of_drive(uint8_t *key)
     PUT(a->switching.under_way);
     PUT(a->handover.under_way | a->handover.asked << 1 | a->handover.offset_known << 2);
     PUT(a->handover.under_way ? a->handover.target : 0u);
-    PUT(a->identify.running | a->identify.thinking << 1 | a->identify.taken << 2);
+    PUT(a->identify.running | a->identify.evaluating << 1 | a->identify.taken << 2);
     PUT(a->identify.running ? a->identify.step : 0u);
     PUT(a->mode == AXIS_MODE_LEARNING && runs ? a->motion.learn.phase : 0u);
     PUT(a->motion.homed);

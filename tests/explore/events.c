@@ -69,7 +69,7 @@ static void heard(int32_t unused)
 {
     (void)unused;
     a->time_ms += LONG_MS;
-    owner_hear(a, (enum owner)a->owner.who);
+    owner_message(a, (enum owner)a->owner.who);
     world_step();
 }
 

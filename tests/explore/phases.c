@@ -38,7 +38,7 @@ PHASE(enum alignment_result, alignment_step,
       (m, c, t, latched), ALIGNMENT_DONE, ALIGNMENT_LOAD, ALIGNMENT_ENCODER_DEAD, ALIGNMENT_COUNTS)
 PHASE(enum offset_result, offset_check_step,
       (struct offset_check * o, volatile struct current_loop *c, const struct tuning *t, uint32_t latched),
-      (o, c, t, latched), OFFSET_RIGHT, OFFSET_WRONG, OFFSET_UNSEEN, OFFSET_WRONG)
+      (o, c, t, latched), OFFSET_RIGHT, OFFSET_WRONG, OFFSET_UNKNOWN, OFFSET_WRONG)
 PHASE(enum injection_result, injection_start_step, (struct axis * axis), (axis), INJECTION_DONE, INJECTION_SALIENCY,
       INJECTION_POLARITY, INJECTION_POLARITY)
 PHASE(bool, sensorless_align, (struct axis * axis), (axis), true, false, false, false)

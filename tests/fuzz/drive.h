@@ -68,7 +68,7 @@ static inline void begin_drive(bool on)
     memset(&axis, 0, sizeof axis);
     drive_init(&axis, &fabric);
     PUT(fabric.gate.ID, GATE_ID);
-    axis.fabric_doubt = 0;
+    axis.fabric_untrusted = 0;
     axis.state = on ? AXIS_OPERATION_ENABLED : AXIS_SWITCH_ON_DISABLED;
     axis.time_ms = 1000;
     host_envm_new(&axis, 8e-3, 1);

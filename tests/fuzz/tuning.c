@@ -216,7 +216,7 @@ static void ask(void)
 
 static void play(void)
 {
-    adopt_tuning(&axis, &axis.switching.tuning);
+    apply_tuning(&axis, &axis.switching.tuning);
     axis.tuning.weakens = axis.switching.tuning.weakens;
     current_loop_follow(&axis.loop, axis.fabric, &axis.tuning);
     for (int n = 0; n < STEPS; n++) {

@@ -20,7 +20,7 @@ def at_rest(c, axis, fabric):
     """As a boot leaves it on its own fabric: off, with initial parameters."""
     c.drive_init(axis, fabric)
     identify(fabric)
-    axis.fabric_doubt, axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
+    axis.fabric_untrusted, axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
 
 
 class Rig:

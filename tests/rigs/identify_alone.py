@@ -16,9 +16,9 @@ def begin(c):
 
 def thought(c, d, step):
     """What the thread makes of what has been measured in a step."""
-    d.step, d.thinking = getattr(c, f"IDENTIFY_STEP_{step}"), True
-    c.identify_think(d)
-    assert not d.thinking
+    d.step, d.evaluating = getattr(c, f"IDENTIFY_STEP_{step}"), True
+    c.identify_evaluate(d)
+    assert not d.evaluating
     return d
 
 

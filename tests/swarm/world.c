@@ -113,7 +113,7 @@ static void serve_axes(void)
         drive_retry(a);
         drive_learn(a);
         drive_restore_cogging(a);
-        identify_think(&a->identify);
+        identify_evaluate(&a->identify);
         for (int k = 0; k < ROUNDS && drive_prepare(a); k++) {
         }
     }

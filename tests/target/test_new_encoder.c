@@ -47,13 +47,13 @@ int main(void)
         wait_for_conversion();
         wait_cycles(phase * CONFIG_PWM_COUNTS / PHASES);
         const uint32_t before = latched_at();
-        adopt_tuning(&axis, &tuning);
+        apply_tuning(&axis, &tuning);
         stale += latched_at() == before ? 1u : 0u;
     }
     harness_equal("each time a conversion has come", stale, 0u);
     harness_equal("the encoder is the new one", (uint32_t)axis.tuning.encoder_counts, 4000u);
     tuning.encoder_counts = 2000; /* and half the pole pairs: the same scale */
-    adopt_tuning(&axis, &tuning);
+    apply_tuning(&axis, &tuning);
     harness_equal("and the fabric counts as it has", FABRIC0->encoder.COUNTS, 2000u);
     harness_end();
 }

@@ -23,7 +23,7 @@ static uint32_t pulse_ticks(uint32_t status, uint32_t count)
     still.pwm.DEAD = DEAD_COUNTS;
     *(volatile uint32_t *)&still.pwm.STATUS = status;
     *(volatile uint32_t *)&still.pwm.COUNT = count;
-    (void)emf_pulse(&unlocked, &still, EMF_PULSE_SHORTEST);
+    (void)emf_pulse(&unlocked, &still, EMF_PULSE_MIN);
     return mss_timer2_now() - start;
 }
 
@@ -47,7 +47,7 @@ static void test_pulse_lasts_until_the_sample(void)
 static void test_pulse_begins_in_time(void)
 {
     const uint32_t middle = HALF_COUNTS / 2u + DEAD_COUNTS;
-    const uint32_t begins = HALF_COUNTS + DEAD_COUNTS / 2u - EMF_PULSE_SHORTEST;
+    const uint32_t begins = HALF_COUNTS + DEAD_COUNTS / 2u - EMF_PULSE_MIN;
     const uint32_t open = pulse_ticks(PWM_STATUS_RISING, begins);
     harness_between("pulse: it begins where it lasts until the sample",
                     pulse_ticks(PWM_STATUS_RISING, begins - 1u) - open, POLL_TICKS * POLLS, 100u * POLLS);

@@ -22,7 +22,7 @@ def test_the_first_state_touches_no_register(c):
     ctypes.memset(ctypes.addressof(fabric), 0xA5, ctypes.sizeof(fabric))
     c.drive_init(axis, fabric)
     assert bytes(fabric) == b"\xA5" * ctypes.sizeof(fabric)
-    assert axis.state == c.AXIS_NOT_READY and axis.fabric_doubt == 0xD0B7FABC and axis.faults.cause == c.FAULT_NONE
+    assert axis.state == c.AXIS_NOT_READY and axis.fabric_untrusted == 0xD0B7FABC and axis.faults.cause == c.FAULT_NONE
     assert axis.torque.map.torque_max_q15 in (0, axis.tuning.i_max_q15)  # built here, or at the first `on`
     assert axis.loop.encoder_scale_q32 == axis.tuning.encoder_scale_q32 == round(4 * 2**32 / 4000)
     assert axis.loop.status_max == 2**32 - 1 and axis.speed.kp_q16 == axis.tuning.speed_kp_q16 > 0
@@ -43,7 +43,7 @@ def test_the_speed_is_told_in_sixteenths(world):
 def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
     w = fresh
     c.drive_start(w.axis, c.FAULT_NONE)
-    assert (w.axis.state, w.axis.faults.cause, w.axis.fabric_doubt) == (c.AXIS_SWITCH_ON_DISABLED, c.FAULT_NONE, 0)
+    assert (w.axis.state, w.axis.faults.cause, w.axis.fabric_untrusted) == (c.AXIS_SWITCH_ON_DISABLED, c.FAULT_NONE, 0)
     assert (w.fabric.encoder.COUNTS, w.fabric.encoder.CONTROL) == (4000, 1)
     assert w.fabric.pwm.PERIOD == 2500 and w.fabric.pwm.CONTROL == 1 and w.fabric.gate.CONTROL == 0
     assert w.fabric.adc.CONTROL == 3 and w.fabric.gate.CONTROL == 0
@@ -88,7 +88,7 @@ def test_start_with_a_fabric_in_doubt_writes_nothing(c, fresh, cause):
     w = fresh
     before = bytes(w.fabric)
     c.drive_start(w.axis, c.enums["fault"]["FAULT_" + cause])
-    assert bytes(w.fabric) == before and w.axis.state == c.AXIS_FAULT and w.axis.fabric_doubt == 0xD0B7FABC
+    assert bytes(w.fabric) == before and w.axis.state == c.AXIS_FAULT and w.axis.fabric_untrusted == 0xD0B7FABC
     c.drive_step(w.axis)
     assert w.axis.time_ms == 1 and bytes(w.fabric) == before, "the clock goes on, and nothing else"
 
@@ -284,7 +284,7 @@ def test_the_heartbeat_bears_half_a_millisecond_while_the_other_axis_identifies(
     """And two milliseconds behind: its bursts hold up the slow loop of both."""
     other, w = World(c), World(c)
     if identifies is not None:
-        w.axis.beside, other.axis.identify.running = ctypes.pointer(other.axis), identifies
+        w.axis.other_axis, other.axis.identify.running = ctypes.pointer(other.axis), identifies
     for off, late_ms, bears in ((most, 0, True), (most, 1, True), (most + 1, 0, False)):
         w.axis.faults.cause, other.axis.identify.running = 0, bool(identifies)
         w.step(3)

@@ -49,11 +49,11 @@ def test_a_remembered_offset_is_held_against_the_rotor(c, starting):
 def test_what_a_fault_leaves_of_a_remembered_offset(c, starting, fault, forgets):
     w = starting(True)
     w.axis.start.index_known = True
-    c.start_doubt(w.axis, getattr(c, f"FAULT_{fault}"))
+    c.start_forget_after(w.axis, getattr(c, f"FAULT_{fault}"))
     assert (w.axis.start.aligned, w.axis.start.index_known) == (not forgets, not forgets)
     found = starting(False)
     found.axis.start.aligned = found.axis.start.index_known = True
-    c.start_doubt(found.axis, getattr(c, f"FAULT_{fault}"))
+    c.start_forget_after(found.axis, getattr(c, f"FAULT_{fault}"))
     assert found.axis.start.index_known == (fault != "OFFSET"), "what this start has found is not doubted"
     assert found.axis.start.aligned == (fault not in ("OFFSET", "ENCODER_SLIP"))
 
@@ -153,7 +153,7 @@ def judged(starting, **shown):
     w.step(CALIBRATION_MS)
     wiring = w.axis.start.wiring
     for patient in (False, True):
-        if wiring.patient == patient:
+        if wiring.slow == patient:
             wiring.along, wiring.v_256ths, wiring.ms = 3, 0, 101
             show_wiring(wiring, w.axis.tuning.wiring_i_q15, **shown)
             w.step()
@@ -242,7 +242,7 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
         show_wiring(wiring, w.axis.tuning.wiring_i_q15)
         w.fabric.adc.SEQUENCE += 20
         w.step()
-        assert w.axis.start.phase == CONFIRM and not w.axis.start.unseen
+        assert w.axis.start.phase == CONFIRM and not w.axis.start.recheck_wiring
         assert c.drive_switch_off(w.axis).error == c.ERROR_NONE
         w.fabric.adc.SEQUENCE += 20
         w.step()

@@ -19,7 +19,7 @@ BEGINS = {
     "sensorless_begin": ("sensorless", ""),
     "failover_reset": ("failover", ""),
     "start_begin": ("start", "start.aligned start.wired start.remembered start.index start.learns start.alignment start.check "
-                             "start.wiring start.doubted start.unseen"),
+                             "start.wiring start.suspected start.recheck_wiring"),
     "start_hall_begin": ("hall", "hall.clock hall.edge hall.invalid hall.move hall.push hall.sector hall.skipped "
                                  "hall.speed.angle"),
     "alignment_start": ("", ""), "calibration_start": ("", ""), "canopen_start": ("", ""), "cia402_init": ("", ""),
@@ -33,7 +33,7 @@ BEGINS = {
     "field_pass_start": ("", "field first_counts reference"),
     "notch_reset": ("", "c_q gain on rc_q"),
     "pendulum_start": ("", "ahead applied sense"),
-    "load_angle_start": ("", "back centre forth ratio saliency"),
+    "load_angle_start": ("", "back centre forward ratio saliency"),
     "retry_forget": ("", "good_since_ms latched_ms resume_rpm start_rpm"),
     "modbus_frame_forget": ("", "bytes"),
     "line_clear": ("", "argument history last_was_cr lines text"),

@@ -374,7 +374,7 @@ def kept(node):
     """What the drive, or the first of two, finds at its next start: (number, rate)."""
     c, other = node.c, node.c.axis()
     c.drive_init(other, node.fabric)
-    other.fabric_doubt, other.state = 0, c.AXIS_SWITCH_ON_DISABLED
+    other.fabric_untrusted, other.state = 0, c.AXIS_SWITCH_ON_DISABLED
     assert c.drive_load(other, node.slots[0] if len(node.axes) > 1 else node.slots, c.nvm_report()).error == c.ERROR_NONE
     return other.params.can_node, other.params.can_kbit
 

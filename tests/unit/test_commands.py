@@ -152,7 +152,7 @@ def test_fault(operator, c):
 
 
 def test_fault_of_a_fabric_in_doubt_has_no_values(operator, c):
-    operator.axis.fabric_doubt, operator.axis.faults.cause = 0xD0B7FABC, c.FAULT_FABRIC
+    operator.axis.fabric_untrusted, operator.axis.faults.cause = 0xD0B7FABC, c.FAULT_FABRIC
     operator.type(b"")
     assert operator("fault") == ["fault: fabric", "look at: the FPGA does not carry the design of docs/fabric.md"]
 

@@ -24,7 +24,7 @@ def drive(c):
 
 
 def known(c, d):
-    return c.modes_known_torque_q15(d.axis)
+    return c.modes_feedforward_torque_q15(d.axis)
 
 
 @pytest.mark.parametrize("motor", ("teknic_m2310p", "maxon_ec22", "abb_m2bj100l"))

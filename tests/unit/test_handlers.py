@@ -20,7 +20,7 @@ class Handlers:
     def __init__(self, system, device, seed):
         self.c, self.axis, self.fabric, self.draw = system, system.axes[0], device.fabric, random.Random(seed)
         system.drive_init(self.axis, device.fabric)
-        self.axis.fabric_doubt, self.loop = 0, self.axis.loop
+        self.axis.fabric_untrusted, self.loop = 0, self.axis.loop
         system.current_loop_init(self.loop)
         self.loop.status_max = self.fabric.gate.STATUS = 1
 
@@ -110,7 +110,7 @@ def weakened(loop, i_d, i_q):
     sign = (lambda x: ~x) if w.gain_q15 < 0 else (lambda x: x)
     over = max(min(sign(wanted[1] - voltage[1]), sign(wanted[1]) - w.room_q_steps) - DEAD_STEPS, 0)
     lack = over * abs(w.gain_q15) >> 8
-    loop.weaken.retreat_q22 = min(w.retreat_q22 + (lack - w.retreat_q22 >> 2), w.most_q15 << 7)
+    loop.weaken.retreat_q22 = min(w.retreat_q22 + (lack - w.retreat_q22 >> 2), w.max_q15 << 7)
     loop.i_d_q15, loop.i_q_q15, loop.v_d_steps, loop.v_q_steps = i_d, i_q, *voltage
     loop.integral_d_q9 += step[0] >> 6
     loop.integral_q_q9 += step[1] >> 6
@@ -146,7 +146,7 @@ def test_a_handler_that_weakens_the_field(handlers, handler):
         loop.weaken = h.c.loop_weakening(
             turn_q32=draw.getrandbits(32), radius_steps=radius, q_first=-draw.randrange(2),
             first_max_steps=radius - draw.randint(0, radius // 2), gain_share_q8=draw.randrange(257), gain_q15=h.any(16383),
-            most_q15=draw.randrange(32768), room_q_steps=draw.randrange(32768), retreat_q22=draw.randrange(32768) << 7)
+            max_q15=draw.randrange(32768), room_q_steps=draw.randrange(32768), retreat_q22=draw.randrange(32768) << 7)
         before = bytes(loop)
         tested, compares = h.sample(handler)
         got, expected = h.state_of(tested), h.state_of(before)

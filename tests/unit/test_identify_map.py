@@ -12,7 +12,7 @@ R_OHM, FLUX_WB, PAIRS = 0.2, 30e-3, 2
 LDD, LQQ, LDQ = 500e-6, 1200e-6, 150e-6
 RATED_A = RATED_MA / 1000
 WAVE, HALF = 2000, 16  # height; waves with i_q to one side
-MOST_STEPS = 16384    # LOOP_V_D_MAX_STEPS
+MAX_STEPS = 16384    # LOOP_V_D_MAX_STEPS
 
 
 def accelerated(c, d, rpm_ms):
@@ -27,7 +27,7 @@ def begun(c):
         result = result_of(c, d, name)
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, round(value), 1
     d.bus_nv = round(VBUS_Q15 / ONE * V_RANGE_MV * 1e6)
-    d.params.pole_pairs, d.flux_e1_uwb, d.rpm_most, d.ramp_i_q15 = PAIRS, round(FLUX_WB * 1e7), 300, amps(RATED_A)
+    d.params.pole_pairs, d.flux_e1_uwb, d.rpm_max, d.ramp_i_q15 = PAIRS, round(FLUX_WB * 1e7), 300, amps(RATED_A)
     accelerated(c, d, 0.1)
     d.burst.v_steps, d.burst.hold, d.wave_steps, d.swing_rpm = WAVE, 1, WAVE, 300
     return d
@@ -295,7 +295,7 @@ def test_map_along_turns_slowly_with_each_current(c, begun, reluctant, levels):
 
 def test_map_is_measured_without_compensation_in_the_frame_that_the_constant_speeds_have_found(c, begun):
     begun.tuning.ripple_q10, begun.taken, begun.ahead_q32 = 77, True, 1000
-    c.identify_retake(begun)
+    c.identify_replace(begun)
     assert begun.retuned and begun.tuning.ripple_q10 == begun.ripple_q10 == 77, "a handler serves that knows dead_shift"
     loop = c.current_loop()
     loop.angle_offset_q32 = 123456789
@@ -328,8 +328,8 @@ def test_map_waves_wait_until_the_current_lies_near_to_a_phase(c, begun, rippled
             assert (p.bursts[0] + p.bursts[1] > 0) == (away <= near_deg), degrees
 
 
-@pytest.mark.parametrize("held, fits", ((0, WAVE), (MOST_STEPS - WAVE, WAVE), (MOST_STEPS - WAVE // 3, WAVE // 3),
-                                        (MOST_STEPS, 1)))
+@pytest.mark.parametrize("held, fits", ((0, WAVE), (MAX_STEPS - WAVE, WAVE), (MAX_STEPS - WAVE // 3, WAVE // 3),
+                                        (MAX_STEPS, 1)))
 def test_map_waves_leave_room_for_the_voltage_that_holds_the_current(c, begun, held, fits):
     """A wave that the limit of v_d clips was taken for a whole one: L_d came out 16 % too large (lot 112)."""
     rotor = Swinging(c, begun, 0.4)
@@ -340,7 +340,7 @@ def test_map_waves_leave_room_for_the_voltage_that_holds_the_current(c, begun, h
     rotor.loop.integral_d_q9, rotor.loop.integral_q_q9 = held // 2 * 512, (held - held // 2) * 512
     c.identify_measure(begun, rotor.io)
     assert p.bursts[0] + p.bursts[1] == 1 and p.v_steps == begun.burst.v_steps == fits
-    rotor.loop.integral_d_q9, begun.phase_ms, rotor.loop.angle_offset_q32 = MOST_STEPS * 512, 100, 0
+    rotor.loop.integral_d_q9, begun.phase_ms, rotor.loop.angle_offset_q32 = MAX_STEPS * 512, 100, 0
     c.identify_measure(begun, rotor.io)
     assert p.bursts[0] + p.bursts[1] == (1 if fits > 1 else 2), "a later one waits until it fits"
 

@@ -53,9 +53,9 @@ def test_the_observer_takes_over_where_it_sees_and_is_quick_or_the_wave_does_not
 def test_the_injection_wants_back_with_hysteresis(c, leading, share, v_d_steps, wanted):
     loop = leading.axis.loop
     loop.source, loop.pll.speed_q32, loop.integral_d_q9 = c.LOOP_OBSERVER, speed_q32(share), v_d_steps * 512
-    assert bool(c.injection_wants_back(leading.axis)) == wanted
+    assert bool(c.injection_should_lead(leading.axis)) == wanted
     loop.inject.track = 0
-    assert not c.injection_wants_back(leading.axis) and not c.injection_takes_over(leading.axis), "there is none"
+    assert not c.injection_should_lead(leading.axis) and not c.injection_takes_over(leading.axis), "there is none"
 
 
 def test_the_flux_is_set_to_what_angle_and_currents_make_it(c, leading):

@@ -199,8 +199,8 @@ def test_a_sweep_leaves_references_alone_that_an_interrupt_has_turned_with_the_f
 def test_a_stop_while_identify_thinks_stays(c):
     for at in [*range(1, 60), *range(60, 3000, 37)]:
         d = begin(c)
-        d.thinking = True
-        came = interrupted(c, lambda: c.identify_think(d), lambda: c.identify_stop(d, c.FAULT_STALL), at)
+        d.evaluating = True
+        came = interrupted(c, lambda: c.identify_evaluate(d), lambda: c.identify_stop(d, c.FAULT_STALL), at)
         if not came:
             break
         if d.running:

@@ -11,7 +11,7 @@ def started(c, forth_deg, back_deg, ratio=0.6):
     solver = c.load_angle()
     solver.ratio_q15, solver.saliency_q15, solver.steps = round(ratio * 32768), 0, 77
     for less in (0, 1):
-        solver.forth_q32[less] = round(forth_deg[less] / 360 * TURN) % TURN
+        solver.forward_q32[less] = round(forth_deg[less] / 360 * TURN) % TURN
         solver.back_q32[less] = round(back_deg[less] / 360 * TURN) % TURN
     c.load_angle_start(solver)
     return solver
@@ -58,4 +58,4 @@ def test_load_angle_tells_how_far_a_wrong_saliency_moves_the_offset(c, load, sal
     solver.saliency_q15 = round(saliency * 32768)
     while not c.load_angle_step(solver):
         pass
-    assert least <= c.load_angle_doubt_q32(solver) * 360 / TURN <= most
+    assert least <= c.load_angle_uncertainty_q32(solver) * 360 / TURN <= most

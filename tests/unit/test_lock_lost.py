@@ -89,7 +89,7 @@ def test_a_speed_that_is_lost_waits_for_the_observers_verdict(c, source, lost_ms
     """Neither it nor a phase that may be open is named meanwhile: lock lost is, or the doubt goes by."""
     m = Motor(c, 1500, 4.0).step(600)
     m.axis.tuning.angle_source, m.axis.lock_watch.lost_ms = source, lost_ms
-    m.axis.supervision.phases.missing_q15[1] = m.axis.supervision.phases.least_q15 * 3
+    m.axis.supervision.phases.missing_q15[1] = m.axis.supervision.phases.min_q15 * 3
     phase = ctypes.c_int32()
     assert c.phase_watch_suspects(m.axis, phase) == (cause != "NONE")
     m.axis.supervision.speed.deviation_q4, m.axis.supervision.speed.far_ms = -1, 100

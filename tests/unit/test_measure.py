@@ -77,9 +77,9 @@ def test_measure_run_has_the_sums_of_its_samples(c, begun):
 
 
 def test_a_thread_that_was_stopped_stops_thinking(c, begun):
-    begun.thinking, begun.running = True, False
-    c.identify_think(begun)
-    assert not begun.thinking
+    begun.evaluating, begun.running = True, False
+    c.identify_evaluate(begun)
+    assert not begun.evaluating
 
 
 def test_the_next_step_begins_in_the_same_millisecond_however_long_the_thread_thinks(c, begun):
@@ -87,9 +87,9 @@ def test_the_next_step_begins_in_the_same_millisecond_however_long_the_thread_th
 
     def begins_ms(thinks_ms):
         begun.total_ms = begun.ms = 0
-        begun.thinking = begun.pausing = begun.retuned = True
+        begun.evaluating = begun.pausing = begun.retuned = True
         while begun.ms == 0:
-            begun.thinking = begun.total_ms < thinks_ms
+            begun.evaluating = begun.total_ms < thinks_ms
             c.identify_step(begun, io)
             assert begun.ms == 0 or c.identify_takes_over(begun), "the take-over has come first"
             if begun.pausing:
@@ -125,7 +125,7 @@ def test_currents_are_regulated_but_for_pulses_and_what_would_turn_a_reluctant_r
     at = ctypes.cast(c.identify_tuning(begun), ctypes.c_void_p).value
     regulated = at == ctypes.addressof(begun.tuning)
     assert regulated == (step != "PULSES" and not (step == "RESISTANCE" and reluctant))
-    begun.thinking = True
+    begun.evaluating = True
     assert ctypes.cast(c.identify_tuning(begun), ctypes.c_void_p).value != ctypes.addressof(begun.tuning)
 
 

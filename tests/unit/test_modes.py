@@ -101,8 +101,8 @@ def go_on(w):
     """Set-points of position that go on as the shaft does."""
     if w.mode == "CYCLIC_POSITION":
         cyclic, loops = w.axis.motion.cyclic, 100 * w.axis.loop.loops_per_slow
-        cyclic.way, cyclic.period, cyclic.left = 100 * w.axis.motion.position.ref_speed, loops, loops
-        cyclic.target = cyclic.now + cyclic.way
+        cyclic.distance, cyclic.period, cyclic.left = 100 * w.axis.motion.position.ref_speed, loops, loops
+        cyclic.target = cyclic.now + cyclic.distance
 
 
 @pytest.mark.parametrize("sign", (1, -1))

@@ -133,4 +133,4 @@ def test_a_rotor_that_creeps_by_its_cogging_is_not_wrong(c, cogging):
 
 def test_a_rotor_that_nothing_moves_is_not_seen(c):
     seen = Rotor(c, 48, friction=1.1).look()
-    assert seen.result == "OFFSET_UNSEEN" and seen.way_deg == 0
+    assert seen.result == "OFFSET_UNKNOWN" and seen.way_deg == 0

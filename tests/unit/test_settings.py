@@ -212,6 +212,6 @@ def test_conversions_missed_while_a_page_is_written_are_excused_on_both_axes(dri
     """The other axis' slow loop waits, too, and would take them for a current loop that has stopped."""
     beside = c.axis()
     beside.time_ms, beside.state = 777, c.AXIS_SWITCH_ON_DISABLED
-    drive.axis.beside = ctypes.pointer(beside)
+    drive.axis.other_axis = ctypes.pointer(beside)
     assert drive.save() == "NONE"
-    assert beside.pace_chosen_ms == 777 and drive.axis.pace_chosen_ms == drive.axis.time_ms
+    assert beside.rate_chosen_ms == 777 and drive.axis.rate_chosen_ms == drive.axis.time_ms

@@ -62,10 +62,10 @@ def test_the_slow_loop_does_not_take_it_for_a_dead_current_loop(drive, c):
     """Conversions have gone unanswered: the next steps do not count them."""
     axis = drive.axis
     axis.heartbeat = drive.fabric.adc.SEQUENCE = 1000
-    axis.time_ms = axis.pace_chosen_ms = 50
+    axis.time_ms = axis.rate_chosen_ms = 50
     axis.time_ms += 40
     assert drive.save() == "NONE"
-    assert axis.time_ms - axis.pace_chosen_ms <= 2
+    assert axis.time_ms - axis.rate_chosen_ms <= 2
     drive.fabric.adc.SEQUENCE = 1400
     c.drive_step(axis)
     assert axis.faults.cause == c.FAULT_NONE
@@ -146,6 +146,6 @@ def test_in_a_fabric_in_doubt_nothing_is_touched(drive, c):
     learn(drive)
     assert drive.save() == "NONE"
     drive.power_on()
-    drive.axis.fabric_doubt = 0xD0B7FABC
+    drive.axis.fabric_untrusted = 0xD0B7FABC
     before = bytes(drive.fabric)
     assert drive.load() == "NONE" and bytes(drive.fabric) == before and not drive.axis.start.index_known

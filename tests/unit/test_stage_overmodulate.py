@@ -9,7 +9,7 @@ import pytest
 def gain(c, square):
     """By the table: at equal steps of the square between vbus / sqrt(3) and six-step's, straight lines in between."""
     place = min(max(Fraction(square - c.host_overmodulation_from.value, c.host_overmodulation_squares.value), 0), 1) * 32
-    table, n = c.overmodulation_gain_q12, min(int(place), 31)
+    table, n = c.host_overmodulation_gain_q12, min(int(place), 31)
     return float(table[n] + (table[n + 1] - table[n]) * (place - n)) / 4096
 
 

@@ -53,7 +53,7 @@ def test_only_the_first_on_looks_at_the_wiring(c, switched_on):
 
 def test_second_samples_are_looked_at_even_so(c, switched_on):
     w = switched_on(c)
-    w.axis.start.unseen = True
+    w.axis.start.recheck_wiring = True
     w.axis.start.phase = c.START_CALIBRATE
     c.start_hall(w.axis)
     assert w.axis.start.phase == WIRING
@@ -77,7 +77,7 @@ def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, tur
     w = switched_on(c, wired=False)
     w.axis.hall.count = turned % TURN
     w.axis.start.wiring.along, w.axis.start.wiring.ms = 3, 1000
-    w.axis.start.wiring.patient = True
+    w.axis.start.wiring.slow = True
     show_wiring(w.axis.start.wiring, *{"OPEN_PHASE": (0,), "SENSOR_SIGN": (-9999,),
                                 "SENSORS_EXCHANGED": (9999, ((1, 1), (2, 1), (0, 1)))}[fault])
     c.start_step(w.axis)
@@ -182,7 +182,7 @@ def carry(w):
 def test_a_phase_that_carries_nothing_while_it_learns_is_open(c, switched_on):
     w = switched_on(c, wired=False, learns=True)
     c.start_hall_wired(w.axis)
-    while w.axis.start.phase == c.START_LAY_HALL and w.fault == "NONE":
+    while w.axis.start.phase == c.START_ALIGN_HALL and w.fault == "NONE":
         w.step()
         carry(w)
     for _ in range(200):
@@ -203,9 +203,9 @@ def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c, switched_o
     w = switched_on(c, wired=False, learns=True)
     assert w.axis.start.phase == WIRING and w.axis.start.learns
     c.start_hall_wired(w.axis)
-    assert w.axis.start.phase == c.START_LAY_HALL and w.axis.loop.field_follows == 0
+    assert w.axis.start.phase == c.START_ALIGN_HALL and w.axis.loop.field_follows == 0
     assert c.start_tuning(w.axis).contents.kp_d_q12 == 0, "a voltage is held, and brakes"
-    while w.axis.start.phase == c.START_LAY_HALL and w.fault == "NONE":
+    while w.axis.start.phase == c.START_ALIGN_HALL and w.fault == "NONE":
         w.step()
         carry(w)
     assert w.axis.start.phase == c.START_LEARN_HALL and c.start_tuning(w.axis).contents.kp_d_q12 > 0
@@ -226,7 +226,7 @@ def test_what_it_finds_becomes_parameters_and_then_it_is_off(c, switched_on):
     learn = w.axis.hall_learn
     learn.phase, learn.ms, learn.edges = 1, 3999, 48
     for n, state in enumerate(IDEAL):
-        for edge in (learn.forth[state], learn.against[state]):
+        for edge in (learn.forward[state], learn.against[state]):
             setattr(edge, "from", IDEAL[n - 1])
             edge.first_q32, edge.count = round((n / 6 + 0.02) * TURN), 4
     assert w.step() == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0

@@ -138,11 +138,11 @@ def test_start_sensorless_of_a_reluctant_rotor_that_turns_is_refused(c, catching
     assert turn == 4000 and counts == pytest.approx(exact, abs=2) and counts > 5
 
 
-@pytest.mark.parametrize("phase", ("CATCH", "DOUBT"))
+@pytest.mark.parametrize("phase", ("CATCH", "CHECK_TURNING"))
 def test_start_sensorless_of_a_rotor_that_stands(c, catching, phase):
     """Then its wiring is tried; or it was what the wiring was doubted for."""
     w = catching(phase)
-    w.axis.start.doubted, w.axis.start.wiring.phase = c.FAULT_OPEN_PHASE, 2
+    w.axis.start.suspected, w.axis.start.wiring.phase = c.FAULT_OPEN_PHASE, 2
     regulating(w, 0, 0)
     for ms in range(1, 34):
         assert w.axis.start.phase == getattr(c, f"START_{phase}") and w.axis.faults.cause == c.FAULT_NONE, ms
@@ -154,8 +154,8 @@ def test_start_sensorless_of_a_rotor_that_stands(c, catching, phase):
 
 
 def test_start_sensorless_of_a_rotor_that_turned_while_the_wiring_looked_wrong(c, catching):
-    w = catching("DOUBT")
-    w.axis.start.doubted = c.FAULT_OPEN_PHASE
+    w = catching("CHECK_TURNING")
+    w.axis.start.suspected = c.FAULT_OPEN_PHASE
     turning(w, 2)
     assert w.axis.faults.cause == c.FAULT_LOAD_TOO_HIGH and w.axis.faults.detail[1] == 0
 

@@ -348,7 +348,7 @@ def test_the_device_is_watched(device, system):
 def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, edac, pended):
     device.sysreg.MSSDDR_PLL_STATUS, device.sysreg.EDAC_SR = pll, edac
     axis = system.axes[0]
-    axis.fabric_doubt = 0xD0B7FABC
+    axis.fabric_untrusted = 0xD0B7FABC
     system.handlers_start_scope()
     seen = 0
     for ms in range(1, 9):
@@ -369,7 +369,7 @@ def test_a_block_in_reset_again_ends_the_program(device, system, held, identity,
     system.drive_init(system.axes[0], device.fabric)
     system.handlers_start_scope()
     if not doubted:
-        system.axes[0].fabric_doubt = 0
+        system.axes[0].fabric_untrusted = 0
     device.fabric.gate.ID = 0x464F4332 if identity else 0
     device.sysreg.SOFT_RESET_CR = held
     system.handlers_watch_device()
@@ -385,14 +385,14 @@ def test_a_processor_fault_opens_every_bridge(device, two_axes, doubted):
     second = two_axes.fabric.from_address(FABRIC + 0x400)
     for n, fabric in enumerate((device.fabric, second)):
         fabric.gate.CONTROL = 1
-        two_axes.axes[n].fabric_doubt = 0xD0B7FABC if n == doubted else 0
+        two_axes.axes[n].fabric_untrusted = 0xD0B7FABC if n == doubted else 0
     two_axes.handlers_bridges_off()
     assert [device.fabric.gate.CONTROL, second.gate.CONTROL] == [int(n == doubted) for n in range(2)]
 
 
 def test_a_sample_with_a_fault_is_the_axis(device, system):
     axis = system.axes[0]
-    axis.fabric_doubt, axis.fabric, axis.faults.cause = 0, ctypes.pointer(device.fabric), system.FAULT_NONE
+    axis.fabric_untrusted, axis.fabric, axis.faults.cause = 0, ctypes.pointer(device.fabric), system.FAULT_NONE
     device.fabric.gate.STATUS, device.fabric.gate.CONTROL = 4, 1
     system.current_loop_fault(axis)
     assert axis.faults.cause == system.FAULT_GATE_DRIVER and device.fabric.gate.CONTROL == 0
@@ -403,7 +403,7 @@ def test_each_current_loop_of_two_is_its_axis_s(device, two_axes):
     fabrics = [two_axes.fabric.from_address(FABRIC + 0x400 * number) for number in range(2)]
     for axis, fabric in zip(two_axes.axes, fabrics):
         two_axes.drive_init(axis, fabric)
-        axis.fabric_doubt = 0
+        axis.fabric_untrusted = 0
         two_axes.current_loop_field(axis.loop, 1000, 77)
     for number in (1, 0):
         other = bytes(two_axes.axes[1 - number]), bytes(fabrics[1 - number])
@@ -425,7 +425,7 @@ def test_each_handler_in_c_runs_its_loop(device, system, handler, frame):
     """The field of the forced ones goes on by its speed; the status is looked at by all."""
     axis = system.axes[0]
     system.drive_init(axis, device.fabric)
-    axis.fabric_doubt = 0
+    axis.fabric_untrusted = 0
     system.current_loop_field(axis.loop, 1000, 77)
     getattr(system, "handlers_" + handler)()
     assert (axis.loop.field_angle_q32 == 1077) == (frame == "field")

@@ -126,7 +126,7 @@ def test_the_warning_stands_as_long_as_the_sensor_fails_whether_on_or_off(c):
     """In the status word's bit, the warnings' words, and for the console; `on` forgets no warning that lasts."""
     axis, fabric = c.axis(), c.fabric()
     c.drive_init(axis, fabric)
-    axis.fabric_doubt, axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
+    axis.fabric_untrusted, axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
     for celsius, warned in ((25, False), (-55, True), (25, False)):
         fabric.adc.TEMP = code(celsius)
         for _ in range(3000):

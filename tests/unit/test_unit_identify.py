@@ -218,11 +218,11 @@ def test_at_the_end_the_bridge_is_off(c, running):
 
 def test_nothing_is_held_while_the_thread_thinks(c, running):
     running.axis.start.phase, d, loop = IDENTIFYING, running.axis.identify, running.axis.loop
-    d.step, d.thinking = c.IDENTIFY_STEP_RESISTANCE, True
+    d.step, d.evaluating = c.IDENTIFY_STEP_RESISTANCE, True
     loop.integral_d_q9, loop.i_d_ref_q15 = 10**6, 1000
     running.step()
     assert loop.integral_d_q9 == loop.i_d_ref_q15 == loop.kp_d_q9 == loop.ki_q15 == 0
-    d.thinking, d.ms = False, 0
+    d.evaluating, d.ms = False, 0
     while d.ms == 0:
         assert loop.integral_d_q9 == loop.i_d_ref_q15 == 0, "nor until the next step begins"
         running.step()

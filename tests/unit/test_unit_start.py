@@ -37,7 +37,7 @@ def test_the_offset_is_free_of_load_and_friction(c, saliency, ratio):
                 solver = c.load_angle()
                 solver.ratio_q15, solver.saliency_q15 = round(ratio * 32768), round(saliency * 32768)
                 for less, current in enumerate((1, ratio)):
-                    for way, into in ((1, solver.forth_q32), (-1, solver.back_q32)):
+                    for way, into in ((1, solver.forward_q32), (-1, solver.back_q32)):
                         lead = math.degrees(angle_of(load + way * friction, current, saliency))
                         into[less] = round((offset_deg + lead) / 360 * TURN) % TURN
                 c.load_angle_start(solver)
@@ -370,13 +370,13 @@ def test_a_rotor_that_falls_is_gripped_once_and_only_while_it_is_pulled(c):
     for stage, reluctant, gripped in (("PULL", 0, True), ("SECOND", 0, True), ("PASS", 0, False), ("PULL", 1, False)):
         a, _, tuning = pulling(c, c.enums["stage"]["STAGE_" + stage])
         tuning.reluctant = reluctant
-        assert not c.alignment_carried_away(a, tuning) and not a.gripped
+        assert not c.alignment_check_external_drive(a, tuning) and not a.gripped
         a.speed.speed_q32, a.speed.let_go_q32, a.swing_ms = 3 * tuning.align_speed_q32, tuning.align_speed_q32, 5
-        c.alignment_carried_away(a, tuning)
+        c.alignment_check_external_drive(a, tuning)
         most = tuning.align[tuning.align_levels - 1].i_q15
         assert (a.gripped, a.rotor.sense == 0, a.target_q15 == most, a.swing_ms == 0) == (gripped,) * 4, (stage, reluctant)
         a.swing_ms = 5
-        c.alignment_carried_away(a, tuning)
+        c.alignment_check_external_drive(a, tuning)
         assert a.swing_ms == 5
 
 
@@ -399,7 +399,7 @@ def test_friction_may_hold_a_reluctant_rotor_nearer_to_90_degrees_than_a_load(c,
     a.axis.sums.re, a.axis.sums.im = (round(1e6 * of(math.radians(2 * offset_deg))) for of in (math.cos, math.sin))
     a.axis.sums.straight = 2 * 10**6
     a.first_offset_q32 = round(offset_deg / 360 * 2**32)
-    a.load.forth_q32[0], a.load.back_q32[0] = (
+    a.load.forward_q32[0], a.load.back_q32[0] = (
         round((offset_deg + lead_deg) / 360 * 2**32) % 2**32 for lead_deg in (forth_deg, back_deg))
     result = c.alignment_step_axis(a, loop, tuning, 0)
     assert result == (c.ALIGNMENT_DONE if told else c.ALIGNMENT_LOAD)
@@ -442,5 +442,5 @@ def test_lines_that_makers_offer_are_named_exactly(named, lines):
 def test_a_lead_of_any_size_has_its_magnitude(c, away):
     """Half a turn is the largest, not none: a rotor that lies opposite to the field is not aligned."""
     solver = c.load_angle()
-    solver.forth_q32[0] = away  # from an offset of 0
+    solver.forward_q32[0] = away  # from an offset of 0
     assert c.load_angle_largest_q32(solver) == min(away, TURN - away)

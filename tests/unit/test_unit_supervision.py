@@ -26,7 +26,7 @@ def test_below_what_speed_a_still_encoder_may_be_a_shaft_at_rest(c, motor, inert
 def test_a_good_motor_runs_on_whatever_the_drive_was_told(motor, rpm, i_a, told):
     m = motor(rpm, i_a, **told)
     m.step(700)
-    assert m.fault == "NONE" and m.axis.supervision.encoder.doubt_ms == 0 and not any(m.axis.reports.warned)
+    assert m.fault == "NONE" and m.axis.supervision.encoder.suspect_ms == 0 and not any(m.axis.reports.warned)
 
 
 @pytest.mark.parametrize("degrees", (30, -30, 60, 90, -120, 180))
@@ -119,8 +119,8 @@ def test_a_shaft_that_is_turned_by_somebody_else_is_no_slip(motor, sign):
     m.step(50)
     m.rpm = 3500 * sign
     m.axis.speed.speed_ref_rpm_q4 = 3500 * 16 * sign
-    assert m.until_fault(1) is None and m.axis.supervision.encoder.doubt_ms > 0, "it did jump"
-    assert m.step(6).axis.supervision.encoder.doubt_ms == 1, "eight milliseconds in all"
+    assert m.until_fault(1) is None and m.axis.supervision.encoder.suspect_ms > 0, "it did jump"
+    assert m.step(6).axis.supervision.encoder.suspect_ms == 1, "eight milliseconds in all"
     m.step(30)
     assert m.fault == "NONE"
 
@@ -239,7 +239,7 @@ def test_the_voltage_of_a_suspected_phase_is_no_emf(motor):
 
     def lose_while_a_phase_is_suspected(m):
         lose(m)
-        m.axis.supervision.phases.missing_q15[0] = 3 * m.axis.supervision.phases.least_q15
+        m.axis.supervision.phases.missing_q15[0] = 3 * m.axis.supervision.phases.min_q15
 
     m = motor(2000, 0.5).step(100)
     assert m.until_fault(40, lose) and m.fault == "ENCODER_SLIP"
@@ -269,7 +269,7 @@ def test_an_over_current_is_the_encoders_or_the_phases_where_it_follows_from_the
     m.open_phase = 1
     for _ in range(40):
         m.step()
-        if m.axis.supervision.phases.missing_q15[1] > 2 * m.axis.supervision.phases.least_q15:
+        if m.axis.supervision.phases.missing_q15[1] > 2 * m.axis.supervision.phases.min_q15:
             break
     assert m.fault == "NONE" and sampled(m) == "OPEN_PHASE" and m.axis.faults.detail[0] == 2
 
@@ -481,7 +481,7 @@ def test_a_jump_of_any_size_is_doubted_by_its_magnitude(c, surprise):
     motor.axis.speed.estimate.moved, motor.axis.speed.estimate.step_clocks = 0, motor.axis.tuning.loop_counts
     watch.speed_q32 = -surprise
     c.encoder_watch_step(motor.axis, 0)
-    assert (watch.doubt_ms != 0) == (abs(surprise) > watch.jump_limit_q32) == (abs(surprise) > 1)
+    assert (watch.suspect_ms != 0) == (abs(surprise) > watch.jump_limit_q32) == (abs(surprise) > 1)
 
 
 def loses(degrees_each, every_ms):

@@ -80,7 +80,7 @@ def test_flux_of_runs_is_the_slope_of_voltage_with_an_intercept_for_each(c, moto
 def turned(c, d, forth, back, end, offset_deg=0.0, lag_deg=8.0, even=True):
     """A turn of the field by so many counts each way. The rotor stands at 0 degrees less the offset where the count is 0."""
     m = d.work.turn
-    m.way[0], m.way[1], m.uneven, d.counts = forth, back, not even, end
+    m.travel_counts[0], m.travel_counts[1], m.uneven, d.counts = forth, back, not even, end
     for k, sign in ((0, 1), (1, -1)):
         counts = 100 + 50 * k
         angle = counts * 360 / abs(forth) * (1 if forth > 0 else -1) + offset_deg
@@ -121,7 +121,7 @@ def test_reluctance_leaves_the_axis_and_the_field_tells_its_end(c, begun, off_de
                                                (1000, -1000, False)])
 def test_what_does_not_follow_is_refused(c, begun, forth, back, even):
     m = begun.work.turn
-    m.way[0], m.way[1], m.uneven = forth, back, not even
+    m.travel_counts[0], m.travel_counts[1], m.uneven = forth, back, not even
     thought(c, begun, "TURN")
     assert reason(c, begun, "DIRECTION") == reason(c, begun, "INERTIA") == c.IDENTIFY_NOT_FOLLOWED
     assert begun.step == c.IDENTIFY_STEP_DONE and known(c, begun, "LD")
@@ -143,7 +143,7 @@ def test_a_rotor_that_swings_on_the_field_is_led_more_slowly(c, begun, swing, ag
     turn = begun.work.turn
     assert turn.slowly == again and turn.uneven != follows
     assert ms == pytest.approx(450 + 2 * 1400 * (4 if again else 1), abs=20)
-    assert not follows or [way / 4000 for way in turn.way] == pytest.approx([1, -1], abs=0.03)
+    assert not follows or [way / 4000 for way in turn.travel_counts] == pytest.approx([1, -1], abs=0.03)
 
 
 @pytest.mark.parametrize("reluctant, lq_uh", ((False, 10000), (True, 4660)))
@@ -157,7 +157,7 @@ def test_loops_know_all_of_an_inductance_unless_it_falls_with_the_current(c, beg
 
 def indexed(c, d, pole_pairs, counts, per_turn=None, seen=2):
     turned(c, d, per_turn or round(counts / pole_pairs), -(per_turn or round(counts / pole_pairs)), 0)
-    d.flux_e1_uwb, d.params.flux_uwb, d.params.inertia_gmm2, d.rpm_most = 28500, 2850, 10**5, 30
+    d.flux_e1_uwb, d.params.flux_uwb, d.params.inertia_gmm2, d.rpm_max = 28500, 2850, 10**5, 30
     d.work.index.seen, d.work.index.first, d.work.index.second = seen, 123, 123 + counts
     return thought(c, d, "INDEX")
 
@@ -171,13 +171,13 @@ def test_pole_pairs_and_counts_are_exact(c, begun, pole_pairs, counts, off):
     assert known(c, begun, "POLE_PAIRS") == (pole_pairs, 0) and known(c, begun, "COUNTS") == (counts, 0)
     p = begun.params
     assert (p.pole_pairs, p.encoder_counts, p.overspeed_rpm) == (pole_pairs, counts, 480)
-    assert begun.rpm_most <= 100, "a quarter of the largest speed"
+    assert begun.rpm_max <= 100, "a quarter of the largest speed"
 
 
 def test_inertia_goes_along_with_the_pole_pairs(c, begun):
     turned(c, begun, 1000, -1000, 0)
     pairs = begun.params.pole_pairs
-    begun.params.inertia_gmm2, begun.rpm_most, begun.flux_e1_uwb, begun.params.flux_uwb = 10**6, 30, 28500, 2850
+    begun.params.inertia_gmm2, begun.rpm_max, begun.flux_e1_uwb, begun.params.flux_uwb = 10**6, 30, 28500, 2850
     begun.work.index.seen, begun.work.index.first, begun.work.index.second = 2, 0, 4000
     thought(c, begun, "INDEX")
     assert begun.params.inertia_gmm2 == pytest.approx(10**6 * 16 / pairs**2, rel=1e-4)
