@@ -144,8 +144,8 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # (m2s010.ld). What the slow loop runs from the eNVM waits for words of code, and renamed registers need longer instructions.
 CACHED = $(addprefix system/,handlers axes) drive/failover control/current_loop_frame \
     $(patsubst firmware/%.c,%,$(wildcard firmware/fault/*.c))
-STEPPED = settings/torque_map $(addprefix control/,current_loop speed_loop speed_estimate torque weakening emf oscillation \
-    profile cogging) $(addprefix monitor/,supervision encoder_watch phase_watch) \
+STEPPED = $(addprefix control/,current_loop speed_loop speed_estimate torque weakening emf oscillation profile cogging) \
+    $(addprefix monitor/,supervision encoder_watch phase_watch) \
     $(addprefix drive/,drive states modes modes_control mode_speed reaction) scope/scope
 in_firmware = $(addprefix $(BUILD)/arm/firmware/,$(addsuffix .o,$1))
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -Os
@@ -173,8 +173,8 @@ $(BUILD)/packed/%/message_texts.h: $(PACKED_FROM) $(BUILD)/choices
 	$(call say,TEXTS)
 	$(Q)$(PYTHON) firmware/tables/messages_packed.py $@ $(FEATURES)
 
-$(addprefix $(BUILD)/arm/firmware/operate/,data_sheet.o messages.o): CFLAGS_ARM += -I$(BUILD)/packed/$(AXES)
-$(BUILD)/arm/firmware/operate/data_sheet.o: $(BUILD)/packed/$(AXES)/data_sheet_text.h
+$(addprefix $(BUILD)/arm/firmware/operate/,canopen_sdo.o messages.o): CFLAGS_ARM += -I$(BUILD)/packed/$(AXES)
+$(BUILD)/arm/firmware/operate/canopen_sdo.o: $(BUILD)/packed/$(AXES)/data_sheet_text.h
 $(BUILD)/arm/firmware/operate/messages.o: $(BUILD)/packed/$(AXES)/message_texts.h
 
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)

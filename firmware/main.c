@@ -186,14 +186,14 @@ static bool prepare_axes(void)
 
 int main(void)
 {
-    struct postmortem last_life;
+    struct postmortem last_run;
     struct console console;
     struct idle rest = idle_lines();
     struct slots slots[AXIS_COUNT];
     struct nvm_report loaded[AXIS_COUNT] = {{.state = NVM_NOTHING}};
     init_axes(slots);
     boot_core();
-    const enum fault boot_fault = boot_check(FABRIC0, &last_life);
+    const enum fault boot_fault = boot_check(FABRIC0, &last_run);
     if (FEATURE_IN(CONSOLE)) {
         start_uart();
     }
@@ -208,7 +208,7 @@ int main(void)
                                     .axes = axes,
                                     .axis = &axes[0],
                                     .scope = FEATURE_IN(SCOPE) ? &scope : NULL,
-                                    .last_life = &last_life,
+                                    .last_run = &last_run,
                                     .slots = slots,
                                     .loaded = loaded,
                                 });

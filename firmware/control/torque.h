@@ -33,7 +33,7 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/control/interval.h"
 #include "firmware/control/weakening.h"
-#include "firmware/settings/torque_map.h"
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/tuning.h"
 
 /* Below this speed braking is unlimited: the rotor returns less than its windings dissipate. */

@@ -11,7 +11,7 @@
 
 #include "firmware/control/torque.h"
 #include "firmware/control/weakening.h"
-#include "firmware/settings/torque_map.h"
+#include "firmware/settings/mtpa.h"
 
 enum torque_part {
     TORQUE_BUILDS_MAP,

@@ -7,15 +7,15 @@
 
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/params.h"
-#include "firmware/settings/torque_map.h"
 #include "firmware/settings/tuning.h"
 #include "lib/q15.h"
 
 /* ==== the tables ==== */
 
 /*
- * The currents for a torque if the voltage does not allow torque_map.h's flux: field weakening, and beyond it the most torque
+ * The currents for a torque if the voltage does not allow mtpa.h's flux: field weakening, and beyond it the most torque
  * per voltage (MTPV).
  *
  * Among currents with flux linkage psi, those with least amplitude for their torque start where that contour crosses the MTPA
@@ -30,7 +30,7 @@
  * amplitude and flux are at most the means of amplitudes and fluxes: currents from the table never exceed i_max, nor the
  * requested flux, whatever the table's step. A coarse table costs torque: 0.5 % at most.
  *
- * Constant inductances, the apparent ones. Fluxes are as in torque_map.h: voltage at the base speed, Q15 of v_range; torque and
+ * Constant inductances, the apparent ones. Fluxes are as in mtpa.h: voltage at the base speed, Q15 of v_range; torque and
  * currents, too.
  */
 
@@ -106,7 +106,7 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
  * values, each accurate to some percent. It is an eighth upwards while braking: with too much flux a braking current increases
  * by itself. It decays while the limit is inactive.
  *
- * Formats: voltages Q15 of v_range, fluxes voltage at the base speed (torque_map.h).
+ * Formats: voltages Q15 of v_range, fluxes voltage at the base speed (mtpa.h).
  */
 
 #define FLUX_UNLIMITED     INT32_MAX

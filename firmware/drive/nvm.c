@@ -114,7 +114,7 @@ static enum fault fault_named(const char *name)
 {
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         const char *const its = nvm_name_of_fault((enum fault)cause);
-        if (its != NULL && record_name_is(its, name)) {
+        if (its != NULL && text_equal(its, name)) {
             return (enum fault)cause;
         }
     }
@@ -380,7 +380,7 @@ static void storing_put(struct saving *x, const void *bytes, uint32_t count)
 static void put_record(struct saving *x, uint32_t kind, const char *name, const void *value, uint32_t bytes)
 {
     uint8_t head[RECORD_HEAD_BYTES];
-    const uint32_t name_bytes = record_name_bytes(name);
+    const uint32_t name_bytes = (uint32_t)text_length(name);
     if (!slot_has_room(&x->writer, RECORD_HEAD_BYTES + name_bytes + bytes) && x->problem == ERROR_NONE) {
         x->problem = ERROR_SAVE_FULL;
     }

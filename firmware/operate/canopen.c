@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/canopen.h"
 
-#include "firmware/operate/canopen_parts.h"
-
 #define NMT 0x000u
 
 static void join(struct canopen *c)
@@ -12,7 +10,7 @@ static void join(struct canopen *c)
         c->node = 0;
         can_close(c->can);
         c->state = NMT_BOOT;
-        canopen_leave(c);
+        canopen_release(c);
         return;
     }
     const bool has_number = c->line.node <= (int32_t)CANOPEN_NODES;
@@ -43,16 +41,16 @@ static void follow_bus_parameters(struct canopen *c)
     if (canopen_line_differs(&now, &c->line)) {
         join(c);
     }
-    const int32_t beat_ms = c->drives[0].axis->params.can_heartbeat_ms;
-    if (beat_ms != c->beat_param) {
-        c->beat_param = beat_ms;
-        c->heartbeat_ms = (uint16_t)beat_ms;
+    const int32_t heartbeat_ms = c->drives[0].axis->params.can_heartbeat_ms;
+    if (heartbeat_ms != c->heartbeat_param) {
+        c->heartbeat_param = heartbeat_ms;
+        c->heartbeat_ms = (uint16_t)heartbeat_ms;
     }
 }
 
 static void take(struct canopen *c, const struct can_frame *f)
 {
-    const bool speaks = c->state == NMT_OPERATIONAL || c->state == NMT_PRE_OPERATIONAL;
+    const bool has_sdo = c->state == NMT_OPERATIONAL || c->state == NMT_PRE_OPERATIONAL;
     if (c->lss.change != LSS_NO_CHANGE) {
         return; /* between two rates */
     }
@@ -62,12 +60,12 @@ static void take(struct canopen *c, const struct can_frame *f)
         return;
     } else if (f->id == NMT) {
         canopen_nmt_take(c, f);
-    } else if (speaks && f->id == c->sdo_in) {
+    } else if (has_sdo && f->id == c->sdo_in) {
         canopen_sdo_take(c, f);
     } else if (c->state == NMT_OPERATIONAL && f->id == c->sync_id) {
         canopen_pdo_sync(c);
     } else if (c->state != NMT_OPERATIONAL || !canopen_pdo_take(c, f)) {
-        canopen_nmt_hear(c, f);
+        canopen_nmt_heartbeat(c, f);
     }
 }
 
@@ -85,21 +83,21 @@ void canopen_poll(struct canopen *c)
     if (c->node == 0) {
         return;
     }
-    const bool was_held_up = c->held_up;
+    const bool was_stalled = c->tx_stalled;
     while (can_take(c->can, &f)) {
-        canopen_line_moves(c);
-        take(c, &f);    /* one that asks for a frame has CAN_REMOTE beside its identifier, and fits none */
-        poll_drives(c); /* before the next word takes its place: edges are commands */
+        canopen_note_progress(c);
+        take(c, &f);    /* a remote frame has CAN_REMOTE in its identifier, which matches none */
+        poll_drives(c); /* before the next control word replaces this one: edges are commands */
     }
     poll_drives(c);
     canopen_lss_step(c);
-    canopen_watch_line(c);
-    if (was_held_up && !c->held_up) {
-        canopen_pdo_begin(c); /* what was queued has been forgotten */
-        canopen_tell_again(c);
+    canopen_watch_tx(c);
+    if (was_stalled && !c->tx_stalled) {
+        canopen_pdo_begin(c); /* what was queued has been dropped */
+        canopen_repeat_errors(c);
     }
     if (!canopen_is_silent(c)) {
-        canopen_watch_faults(c); /* who cannot speak now tells of them later */
+        canopen_send_errors(c); /* while silent they stay due */
     }
     canopen_nmt_step(c);
     if (c->state == NMT_OPERATIONAL && !canopen_is_silent(c)) {

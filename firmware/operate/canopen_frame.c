@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
-#include "firmware/operate/profile_objects.h"
+#include "firmware/operate/canopen.h"
+#include "firmware/operate/objects.h"
 
-#define HELD_UP_MS 100u    /* longer than a full bus lets a frame wait */
-#define CROWDED    8u      /* frames: two cycles of four PDOs */
-#define OLDEST_MS  100000u /* more than any time of the bus, 65 535 ms; ten times that fits */
+#define TX_STALL_MS 100u    /* longer than a frame waits on a fully loaded bus */
+#define TX_BACKLOG  8u      /* frames: two cycles of four PDOs */
+#define OLDEST_MS   100000u /* above any time of the bus, 65 535 ms; ten times this fits into 32 bits */
 
 void canopen_open(struct canopen *c, int32_t kbit_s)
 {
@@ -13,7 +13,7 @@ void canopen_open(struct canopen *c, int32_t kbit_s)
         rate--;
     }
     (void)can_open(c->can, CAN, rate, c->line.recover != 0);
-    canopen_line_moves(c); /* it is another line: that nobody was at the former one does not count */
+    canopen_note_progress(c); /* another line: a stall of the former one does not count */
 }
 
 struct canopen_line canopen_line(const struct params *p)
@@ -33,38 +33,38 @@ void canopen_set_line(struct params *p, const struct canopen_line *line)
     p->can_recover = line->recover;
 }
 
-bool canopen_is_crowded(const struct canopen *c)
+bool canopen_has_backlog(const struct canopen *c)
 {
-    return can_pending(c->can) >= CROWDED;
+    return can_pending(c->can) >= TX_BACKLOG;
 }
 
-void canopen_line_moves(struct canopen *c)
+void canopen_note_progress(struct canopen *c)
 {
-    c->moved = c->can->tx_tail;
-    c->moved_ms = canopen_now_ms(c);
-    c->held_up = false;
+    c->tx_count = c->can->tx_tail;
+    c->tx_progress_ms = canopen_now_ms(c);
+    c->tx_stalled = false;
 }
 
-void canopen_watch_line(struct canopen *c)
+void canopen_watch_tx(struct canopen *c)
 {
-    if (can_pending(c->can) == 0u || (c->can->tx_tail != c->moved && !c->held_up)) {
-        canopen_line_moves(c);
-    } else if (canopen_now_ms(c) - c->moved_ms > HELD_UP_MS) {
-        c->held_up = true;
+    if (can_pending(c->can) == 0u || (c->can->tx_tail != c->tx_count && !c->tx_stalled)) {
+        canopen_note_progress(c);
+    } else if (canopen_now_ms(c) - c->tx_progress_ms > TX_STALL_MS) {
+        c->tx_stalled = true;
         can_forget(c->can);
     }
 }
 
 bool canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count)
 {
-    if (canopen_is_silent(c) || c->held_up) {
+    if (canopen_is_silent(c) || c->tx_stalled) {
         return false;
     }
     struct can_frame f = {.id = (uint16_t)(id & CANOPEN_ID), .count = (uint8_t)count};
     for (uint32_t n = 0; n < count; n++) {
         f.data[n] = data[n];
     }
-    return can_send(c->can, &f); /* what finds no room is counted there */
+    return can_send(c->can, &f); /* the driver counts frames that do not fit */
 }
 
 void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count)
@@ -88,7 +88,7 @@ uint32_t canopen_now_ms(const struct canopen *c)
     return c->drives[0].axis->time_ms;
 }
 
-uint32_t canopen_since_ms(const struct canopen *c, uint32_t *then_ms)
+uint32_t canopen_elapsed_ms(const struct canopen *c, uint32_t *then_ms)
 {
     const uint32_t since_ms = canopen_now_ms(c) - *then_ms;
     if (since_ms <= OLDEST_MS) {
@@ -108,7 +108,7 @@ int32_t canopen_signed(uint32_t value, enum object_type type)
     return type == OBJECT_TYPE_I8 ? (int8_t)value : type == OBJECT_TYPE_I16 ? (int16_t)value : (int32_t)value;
 }
 
-void canopen_hear(struct canopen *c)
+void canopen_note_activity(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         owner_message(c->drives[n].axis, OWNER_CAN);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Layer setting (CiA 305): a master gives the node its number and the bus its rate. Only `store` changes a drive. */
-#include "firmware/operate/canopen_parts.h"
+/* Layer setting services (CiA 305): a master assigns node number and bit rate. Only `store` changes parameters. */
+#include "firmware/operate/canopen.h"
 #include "firmware/settings/features.h"
 
 #define ANSWER        0x7E4u
@@ -8,7 +8,7 @@
 #define IDENTITY      0x1018u
 #define PARTS         4u /* vendor, product, revision, serial number: 128 bits that name a device */
 #define FASTSCAN_BITS 32u
-#define FASTSCAN_ALL  128u /* in the place of a bit: who has no number? */
+#define FASTSCAN_ALL  128u /* instead of a bit number: any unconfigured node answers */
 
 enum {
     SWITCH_ALL = 0x04,
@@ -16,14 +16,20 @@ enum {
     SET_RATE = 0x13,
     ACTIVATE_RATE = 0x15,
     STORE_BOTH = 0x17,
-    SWITCH_ONE = 0x40, /* by vendor, and by the three other parts behind it */
+    SWITCH_ONE = 0x40, /* by vendor, and the three other parts after it */
     SWITCHED_ONE = 0x44,
     IS_THERE = 0x4F,
     FASTSCAN = 0x51,
     ASK_IDENTITY = 0x5A, /* as SWITCH_ONE */
     ASK_NODE = 0x5E
 };
-enum { DONE = 0, OUT_OF_RANGE = 1, NOT_SUPPORTED = 1, NOT_STORED = 2, OWN_REASON = 255 /* and the refusal's number */ };
+enum {
+    DONE = 0,
+    OUT_OF_RANGE = 1,
+    NOT_SUPPORTED = 1,
+    NOT_STORED = 2,
+    OWN_REASON = 255 /* manufacturer's: the refusal's number follows */
+};
 
 static void lss_answer(struct canopen *c, uint32_t command, uint32_t value)
 {
@@ -47,7 +53,7 @@ static void switch_to(struct canopen *c, bool configures)
 
 /* ---- the state ---- */
 
-/* Who has got a number and had none boots with it. */
+/* A node that had no number and got one now boots with it. */
 static void switch_all(struct canopen *c, uint32_t state)
 {
     if (state > 1u) {
@@ -60,7 +66,7 @@ static void switch_all(struct canopen *c, uint32_t state)
     }
 }
 
-/* The parts come one by one, in their order. */
+/* Selective: the four parts come one by one, in order. */
 static void switch_one(struct canopen *c, uint32_t part, uint32_t value)
 {
     const bool next = part == 0u || part == c->lss.matched;
@@ -71,7 +77,7 @@ static void switch_one(struct canopen *c, uint32_t part, uint32_t value)
     }
 }
 
-/* Bit by bit a master finds the identity of one that has no number; the last of the last part switches it. */
+/* Fastscan: bit by bit a master finds the identity of an unconfigured node; the last bit of the last part selects it. */
 static void scan(struct canopen *c, uint32_t value, const uint8_t *where)
 {
     const uint32_t bit = where[0], part = where[1], next = where[2];
@@ -102,7 +108,7 @@ static uint32_t set_node(struct canopen *c, uint32_t node)
     return DONE;
 }
 
-/* CiA's table, the only one. */
+/* Only CiA's standard table, number 0. */
 static uint32_t set_rate(struct canopen *c, uint32_t table, uint32_t row)
 {
     static const uint16_t kbit_s[] = {1000, 800, 500, 250, 125, 100, 50, 20, 10};
@@ -130,12 +136,12 @@ static uint32_t not_stored(enum error why)
     return why >= ERROR_ENVM_CLOCK && why <= ERROR_ENVM_VERIFY ? (uint32_t)NOT_STORED : own_reason(why);
 }
 
-/* Asked of all before the first writes: one axis' copy of what was refused would be there at the next start. */
+/* All axes are asked before the first writes: else one would keep at the next start what the others refused. */
 static enum error forbids_store(const struct canopen *c)
 {
     enum error why = ERROR_NONE;
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        why = drive_is_off(c->drives[n].axis) ? why : ERROR_SAVE_WHILE_ON; /* whichever it is */
+        why = drive_is_off(c->drives[n].axis) ? why : ERROR_SAVE_WHILE_ON; /* any axis */
     }
     for (uint32_t n = 0; why == ERROR_NONE && n < AXIS_COUNT; n++) {
         why = drive_may_save(c->drives[n].axis).error;
@@ -143,7 +149,7 @@ static enum error forbids_store(const struct canopen *c)
     return why;
 }
 
-/* Of the axis that failed all the same; those behind it have not tried. */
+/* Of the axis that failed nevertheless; those after it have not tried. */
 static enum error refusal(const struct canopen *c)
 {
     uint32_t n = 0;
@@ -153,7 +159,7 @@ static enum error refusal(const struct canopen *c)
     return c->drives[n].cia402.refusal.error;
 }
 
-/* As 0x1010:1, with the number and rate that wait to take effect; if it fails, the parameters are what they were. */
+/* As 0x1010:1, with the pending number and rate; if it fails, the parameters stay as they were. */
 static uint32_t store(struct canopen *c)
 {
     struct params *const p = &c->drives[0].axis->params;
@@ -161,7 +167,7 @@ static uint32_t store(struct canopen *c)
     if (!FEATURE_IN(SETTINGS)) {
         return NOT_SUPPORTED;
     }
-    if (canopen_line_differs(&before, &c->line)) { /* a parameter has been set, and takes effect in the next turn */
+    if (canopen_line_differs(&before, &c->line)) { /* a parameter was set and takes effect in the next poll */
         return own_reason(ERROR_BUSY);
     }
     const enum error forbidden = forbids_store(c);
@@ -179,15 +185,15 @@ static uint32_t store(struct canopen *c)
     return DONE;
 }
 
-/* Not inline: a branch table that points backwards is one of addresses, which the tools that bound the stack do not follow. */
-static __attribute__((noinline)) void configure(struct canopen *c, uint32_t command, const uint8_t *said)
+/* Not inline: a branch table that points backwards holds addresses, which linker/bounds does not follow. */
+static __attribute__((noinline)) void configure(struct canopen *c, uint32_t command, const uint8_t *data)
 {
     if (command == SET_NODE) {
-        lss_answer(c, command, set_node(c, said[1]));
+        lss_answer(c, command, set_node(c, data[1]));
     } else if (command == SET_RATE) {
-        lss_answer(c, command, set_rate(c, said[1], said[2]));
+        lss_answer(c, command, set_rate(c, data[1], data[2]));
     } else if (command == ACTIVATE_RATE) {
-        activate_rate(c, canopen_get(&said[1], 2));
+        activate_rate(c, canopen_get(&data[1], 2));
     } else if (command == STORE_BOTH) {
         lss_answer(c, command, store(c));
     } else if (command == ASK_NODE) {
@@ -214,13 +220,13 @@ void canopen_lss_take(struct canopen *c, const struct can_frame *f)
     }
 }
 
-/* ---- the other rate: silent for the delay before it, and behind it ---- */
+/* ---- the change of rate: silent for the delay before and after it ---- */
 
 void canopen_lss_step(struct canopen *c)
 {
     struct canopen_lss *const s = &c->lss;
     if (s->change == LSS_NO_CHANGE || canopen_now_ms(c) - s->since_ms <= s->delay_ms) {
-        return; /* not shorter: its first millisecond had begun */
+        return; /* rounded up: the first millisecond was partly over */
     }
     s->since_ms = canopen_now_ms(c);
     if (s->change == LSS_WAITS) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 
 enum { START = 1, STOP = 2, PRE_OPERATIONAL = 128, RESET_NODE = 129, RESET_COMMUNICATION = 130 };
 
@@ -9,19 +9,20 @@ static void send_state(struct canopen *c, enum nmt_state state)
 {
     const uint8_t data = (uint8_t)state;
     if (canopen_send(c, HEARTBEAT + c->node, &data, 1)) {
-        c->beat_ms = canopen_now_ms(c);
+        c->heartbeat_sent_ms = canopen_now_ms(c);
     }
 }
 
-/* An old one would say that it is alive now: one at a time. */
-static void beat(struct canopen *c)
+/* Only with an empty queue: a delayed heartbeat would vouch for a time that has passed. */
+static void send_heartbeat(struct canopen *c)
 {
-    if (c->heartbeat_ms != 0u && canopen_now_ms(c) - c->beat_ms >= c->heartbeat_ms && can_pending(c->can) == 0u) {
+    if (c->heartbeat_ms != 0u && canopen_now_ms(c) - c->heartbeat_sent_ms >= c->heartbeat_ms &&
+        can_pending(c->can) == 0u) {
         send_state(c, c->state);
     }
 }
 
-/* It is a loss only to an axis that this bus commands. */
+/* Only an axis that this bus commands can lose its master. */
 static bool commands_axis(const struct canopen *c, uint32_t n)
 {
     return c->drives[n].axis->owner.who == OWNER_CAN;
@@ -44,22 +45,22 @@ void canopen_nmt_reset(struct canopen *c)
     c->emergency_id = 0x80u + node;
     c->emergency_inhibit = 0u;
     c->consumer = 0u;
-    c->beat_param = c->drives[0].axis->params.can_heartbeat_ms;
-    c->heartbeat_ms = (uint16_t)c->beat_param;
+    c->heartbeat_param = c->drives[0].axis->params.can_heartbeat_ms;
+    c->heartbeat_ms = (uint16_t)c->heartbeat_param;
     c->sdo_in = 0x600u + node;
     c->sdo_out = 0x580u + node;
     c->sdo.under_way = SDO_IDLE;
-    c->beats = c->relief_due = false;
-    c->trouble = c->trouble_due = 0u;
-    lose_master(c, CANOPEN_LOST_NMT); /* who was watched is so no more */
+    c->master_alive = c->comm_clear_due = false;
+    c->comm_errors = c->comm_errors_due = 0u;
+    lose_master(c, CANOPEN_LOST_NMT); /* heartbeat supervision ends here */
     canopen_pdo_defaults(c);
-    canopen_forget_errors(c);
-    canopen_see_again(c);
+    canopen_clear_history(c);
+    canopen_forget_faults(c);
     send_state(c, NMT_BOOT);
     c->state = node == CANOPEN_NO_NUMBER ? NMT_BOOT : NMT_PRE_OPERATIONAL;
 }
 
-/* A loss that was only warned of is over when the master is back; any other one was the end of what it had enabled. */
+/* With the reaction `warn` a loss ends when the master is back; otherwise it has ended operation, and lasts. */
 static void find_master(struct canopen *c, enum canopen_lost how)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
@@ -79,7 +80,7 @@ static void go_to(struct canopen *c, enum nmt_state state)
     c->state = state;
 }
 
-/* Off first, whoever commands; then what the profile has as at power-on, so that nobody's old target counts any more. */
+/* Off first, whoever commands; then the profile as at power-on, so that no old target takes effect later. */
 static void reset_node(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
@@ -96,7 +97,7 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
     if (f->count != 2u || (f->data[1] != 0u && f->data[1] != c->node)) {
         return;
     }
-    canopen_hear(c);
+    canopen_note_activity(c);
     switch (f->data[0]) {
     case START:
         go_to(c, NMT_OPERATIONAL);
@@ -123,32 +124,32 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
 
 static void lose_heartbeat(struct canopen *c)
 {
-    c->beats = false;
-    canopen_trouble(c, TROUBLE_HEARTBEAT, c->consumer >> 16);
+    c->master_alive = false;
+    canopen_set_error(c, COMM_ERROR_HEARTBEAT, c->consumer >> 16);
     lose_master(c, CANOPEN_LOST_HEARTBEAT);
 }
 
-/* Who boots says so as whose heartbeat it will be: it knows nothing of what it had begun. */
-void canopen_nmt_hear(struct canopen *c, const struct can_frame *f)
+/* A boot-up message from the heartbeat's producer: it has restarted, and no longer knows what it commanded. */
+void canopen_nmt_heartbeat(struct canopen *c, const struct can_frame *f)
 {
     if (f->count != 1u || (c->consumer & 0xFFFFu) == 0u || f->id != HEARTBEAT + (c->consumer >> 16)) {
         return;
     }
     if (f->data[0] == NMT_BOOT) {
-        if (c->beats) {
+        if (c->master_alive) {
             lose_heartbeat(c);
         }
         return;
     }
-    canopen_hear(c);
-    c->beats = true;
-    canopen_relief(c, TROUBLE_HEARTBEAT);
-    c->heard_ms = canopen_now_ms(c);
+    canopen_note_activity(c);
+    c->master_alive = true;
+    canopen_clear_error(c, COMM_ERROR_HEARTBEAT);
+    c->heartbeat_received_ms = canopen_now_ms(c);
 }
 
 static void watch_master(struct canopen *c)
 {
-    if (c->beats && canopen_now_ms(c) - c->heard_ms > (c->consumer & 0xFFFFu)) {
+    if (c->master_alive && canopen_now_ms(c) - c->heartbeat_received_ms > (c->consumer & 0xFFFFu)) {
         lose_heartbeat(c);
     }
 }
@@ -156,26 +157,27 @@ static void watch_master(struct canopen *c)
 static void watch_bus(struct canopen *c, bool off)
 {
     if (canopen_is_silent(c)) {
-        return; /* who cannot speak now tells of it later */
+        return; /* reported when frames can be sent again */
     }
     if (off) {
-        canopen_trouble(c, TROUBLE_BUS_OFF, 0);
+        canopen_set_error(c, COMM_ERROR_BUS_OFF, 0);
     } else {
-        canopen_relief(c, TROUBLE_BUS_OFF);
+        canopen_clear_error(c, COMM_ERROR_BUS_OFF);
     }
 }
 
-static void tell_axis(struct canopen *c, uint32_t n, bool off)
+static void publish_master_lost(struct canopen *c, uint32_t n, bool off)
 {
     const bool ours = commands_axis(c, n);
     c->lost[n] = ours ? c->lost[n] : 0u;
-    c->drives[n].axis->master_lost = !ours                                          ? 0u
-                                     : off                                          ? (uint32_t)CANOPEN_LOST_BUS
-                                     : (c->trouble & 1u << TROUBLE_HEARTBEAT) != 0u ? (uint32_t)CANOPEN_LOST_HEARTBEAT
-                                                                                    : c->lost[n];
+    c->drives[n].axis->master_lost = !ours ? 0u
+                                     : off ? (uint32_t)CANOPEN_LOST_BUS
+                                     : (c->comm_errors & 1u << COMM_ERROR_HEARTBEAT) != 0u
+                                         ? (uint32_t)CANOPEN_LOST_HEARTBEAT
+                                         : c->lost[n];
 }
 
-void canopen_leave(struct canopen *c)
+void canopen_release(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         owner_leave(c->drives[n].axis, OWNER_CAN);
@@ -186,23 +188,23 @@ void canopen_leave(struct canopen *c)
 void canopen_nmt_step(struct canopen *c)
 {
     const uint32_t offs = c->can->offs;
-    const bool off = can_state(c->can) == CAN_OFF || offs != c->offs, away = c->lss.change != LSS_NO_CHANGE;
-    c->offs = offs;
+    const bool off = can_state(c->can) == CAN_OFF || offs != c->bus_offs, away = c->lss.change != LSS_NO_CHANGE;
+    c->bus_offs = offs;
     if (away) {
-        c->heard_ms = canopen_now_ms(c); /* nobody could be heard */
+        c->heartbeat_received_ms = canopen_now_ms(c); /* no heartbeat could be received */
     }
     watch_master(c);
     watch_bus(c, off);
-    if (off || away) { /* for less time than thread or slow loop take to look, too */
+    if (off || away) { /* even if shorter than a poll */
         lose_master(c, CANOPEN_LOST_BUS);
     } else {
         find_master(c, CANOPEN_LOST_BUS);
     }
-    if ((c->trouble & 1u << TROUBLE_HEARTBEAT) == 0u) {
+    if ((c->comm_errors & 1u << COMM_ERROR_HEARTBEAT) == 0u) {
         find_master(c, CANOPEN_LOST_HEARTBEAT);
     }
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        tell_axis(c, n, off || away);
+        publish_master_lost(c, n, off || away);
     }
-    beat(c);
+    send_heartbeat(c);
 }

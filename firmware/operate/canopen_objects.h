@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The objects of CiA 301 that belong to the bus and not to the drive: the one table from which firmware and EDS take them. The
- * drive's own are in objects.h; its parameters are at 0x3000, its reactions to faults at 0x2400, in their order. A second axis
- * has its own and those of CiA 402 (0x6000...) 0x800 further, as CiA 402 has its.
+ * The communication objects of CiA 301: the one table from which firmware and EDS take them. The drive's objects are in
+ * objects.h; its parameters are at 0x3000, its reactions to faults at 0x2400, in order. The second axis has its own, and those
+ * of CiA 402 (0x6000...), 0x800 higher, as CiA 402 defines it.
  *
- * Index, subindex, type, access, name, initial value as the EDS has it, where it stands: a member of struct canopen, for
- * CONST the value. Of PDOs the first of four; the others follow in steps of one, and stand one struct canopen_pdo further.
+ * Index, subindex, type, access, name, default as in the EDS, member of struct canopen; for CONST the value. Of PDOs the first
+ * of four; the others follow in steps of one index and one struct canopen_pdo.
  */
 #ifndef FIRMWARE_OPERATE_CANOPEN_OBJECTS_H
 #define FIRMWARE_OPERATE_CANOPEN_OBJECTS_H
 
 #define CANOPEN_PARAMS    0x3000u
 #define CANOPEN_REACTIONS 0x2400u
-#define CANOPEN_AXIS      0x800u /* from an axis to the next */
+#define CANOPEN_AXIS      0x800u /* offset from an axis to the next */
 #define CANOPEN_DEVICE    0x1000u
-#define CANOPEN_TYPE      0x67FFu     /* CiA 301: where each of several axes says what it is, */
-#define CANOPEN_SEVERAL   0xFFFF0192u /* and 0x1000 that there are several */
+#define CANOPEN_TYPE      0x67FFu     /* CiA 301: device type of each of several axes, */
+#define CANOPEN_SEVERAL   0xFFFF0192u /* and of 0x1000 with several axes */
 
 /* clang-format off */
 #define CANOPEN_OBJECTS(X) \
@@ -77,10 +77,10 @@
     X(0x1021, "Store EDS", NULL)
 
 /*
- * What each PDO has at first: identifier less the node's number, bits 30 (nobody may ask for it) and 31 (it does not
- * exist), type, event timer in ms, mapped objects; RPDO 1 to 4, TPDO 1 to 4. Status word and mode come when they change and
- * every 100 ms: canopen's BaseNode402 believes these alone, and has missed the first. RPDO 2 has the mode alone: with a control
- * word beside it, as CiA 402 has it, BaseNode402's change of mode would send one that it has never set, 0.
+ * Defaults of each PDO: identifier without the node number, bits 30 (no RTR) and 31 (invalid), type, event timer in ms, mapped
+ * objects; RPDO 1 to 4, TPDO 1 to 4. Status word and mode are sent on change and every 100 ms, because python-canopen's
+ * BaseNode402 reads them from PDOs only, and misses the first. RPDO 2 has only the mode: with a control word next to it, as in
+ * CiA 402, a change of mode by BaseNode402 would send a control word that it has never set, 0.
  */
 #define CANOPEN_PDOS(X) \
     X(rpdo, 0, 0x200, 0, 255, 0, 1, 0x60400010, 0) \

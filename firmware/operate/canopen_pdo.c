@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 
 #define SYNCHRONOUS_MOST 240u
 #define PDO_BITS         64u
@@ -22,14 +22,12 @@ uint32_t canopen_pdo_id(const struct canopen_pdo *p, uint32_t id)
     return !invalid && moved && (p->id & CANOPEN_INVALID) == 0u ? SDO_VALUE : 0u; /* only while it does not exist */
 }
 
-uint32_t canopen_pdo_type(const struct canopen_pdo *p, uint32_t type, bool receives)
+uint32_t canopen_pdo_type(uint32_t type)
 {
-    (void)p;
-    (void)receives;
-    return type <= 240u || type >= 254u ? 0u : SDO_VALUE;
+    return type <= SYNCHRONOUS_MOST || type >= 254u ? 0u : SDO_VALUE;
 }
 
-/* What a master may send is what acts at once: control word, mode, targets. */
+/* RPDOs may carry what acts immediately: control word, mode, targets. */
 static bool may_map(const struct object_place *p, bool receives)
 {
     if (p->kind != PLACE_OBJECT) {
@@ -106,15 +104,15 @@ static uint32_t length_of(const struct canopen_pdo *p)
 
 /* ---- in ---- */
 
-enum change { CHANGE_CHECK, CHANGE_ADOPT, CHANGE_STOP };
+enum change { CHANGE_CHECK, CHANGE_APPLY, CHANGE_STOP };
 
-/* Its values for one axis: whether they can be, and are adopted; or of a refused one the word alone, if it stops. */
+/* The PDO's values for one axis: checked, or applied; or of a refused PDO a control word that stops, alone. */
 static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t axis, enum change how)
 {
     struct bus_drive *const d = &c->drives[axis];
     struct object_change change;
     uint32_t at = 0;
-    bool fine = true;
+    bool ok = true;
     object_begin(&change, d);
     for (uint32_t n = 0; n < p->count; n++) {
         const uint32_t index = p->map[n] >> 16;
@@ -123,7 +121,7 @@ static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t
         const uint32_t bytes = canopen_bytes(type);
         const int32_t value = canopen_signed(canopen_get(&p->data[at], bytes), type);
         if (canopen_axis(index) == axis) {
-            fine = object_change(&change, &place, value) == OBJECT_FINE && fine;
+            ok = object_change(&change, &place, value) == OBJECT_OK && ok;
         }
         at += bytes;
     }
@@ -131,20 +129,20 @@ static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t
         object_stop(&change, d);
         return true;
     }
-    return fine && (how == CHANGE_ADOPT ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_FINE;
+    return ok && (how == CHANGE_APPLY ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_OK;
 }
 
-/* All of its values, or none but a stop: each axis but the first is asked beforehand. Nobody waits for an answer. */
-static void act_on(struct canopen *c, const struct canopen_pdo *p)
+/* All values or none, except a stop: all axes but the first are checked before any is changed. There is no answer. */
+static void apply_pdo(struct canopen *c, const struct canopen_pdo *p)
 {
-    bool fine = true;
-    for (uint32_t axis = 1; fine && axis < AXIS_COUNT; axis++) {
-        fine = change_axis(c, p, axis, CHANGE_CHECK);
+    bool ok = true;
+    for (uint32_t axis = 1; ok && axis < AXIS_COUNT; axis++) {
+        ok = change_axis(c, p, axis, CHANGE_CHECK);
     }
-    for (uint32_t axis = 0; fine && axis < AXIS_COUNT; axis++) {
-        fine = change_axis(c, p, axis, CHANGE_ADOPT);
+    for (uint32_t axis = 0; ok && axis < AXIS_COUNT; axis++) {
+        ok = change_axis(c, p, axis, CHANGE_APPLY);
     }
-    for (uint32_t axis = 0; !fine && axis < AXIS_COUNT; axis++) {
+    for (uint32_t axis = 0; !ok && axis < AXIS_COUNT; axis++) {
         (void)change_axis(c, p, axis, CHANGE_STOP);
     }
 }
@@ -153,18 +151,18 @@ static void receive(struct canopen *c, struct canopen_pdo *p, const struct can_f
 {
     const uint32_t length = length_of(p);
     if (f->count < length) {
-        canopen_trouble(c, TROUBLE_LENGTH, f->id);
+        canopen_set_error(c, COMM_ERROR_LENGTH, f->id);
         return;
     }
     for (uint32_t n = 0; n < length; n++) {
         p->data[n] = f->data[n];
     }
-    canopen_hear(c);
-    canopen_relief(c, TROUBLE_LENGTH);
+    canopen_note_activity(c);
+    canopen_clear_error(c, COMM_ERROR_LENGTH);
     if (is_synchronous(p)) {
         p->syncs = 1u;
     } else {
-        act_on(c, p);
+        apply_pdo(c, p);
     }
 }
 
@@ -182,7 +180,7 @@ bool canopen_pdo_take(struct canopen *c, const struct can_frame *f)
 
 /* ---- out ---- */
 
-/* Values of one axis at one instant. */
+/* Values of one axis, all of one instant. */
 static void gather_axis(const struct canopen *c, const struct canopen_pdo *p, uint32_t axis, uint8_t *data)
 {
     const struct object_view view = object_view(&c->drives[axis]);
@@ -214,11 +212,11 @@ static bool differs(const struct canopen_pdo *p, const uint8_t *data, uint32_t l
     return other;
 }
 
-/* What found no room was not sent: it comes when there is, as it is then. */
+/* If the queue is full it counts as not sent, and is sent later with its values then. */
 static void send_pdo(struct canopen *c, struct canopen_pdo *p, const uint8_t *data, uint32_t length)
 {
     p->syncs = 0u;
-    if (canopen_is_crowded(c) || !canopen_send(c, p->id, data, length)) {
+    if (canopen_has_backlog(c) || !canopen_send(c, p->id, data, length)) {
         return;
     }
     for (uint32_t n = 0; n < length; n++) {
@@ -247,7 +245,7 @@ void canopen_pdo_sync(struct canopen *c)
     for (uint32_t n = 0; n < CANOPEN_PDOS_EACH; n++) {
         if (exists(&c->rpdo[n]) && c->rpdo[n].syncs != 0u) {
             c->rpdo[n].syncs = 0u;
-            act_on(c, &c->rpdo[n]);
+            apply_pdo(c, &c->rpdo[n]);
         }
     }
     for (uint32_t n = 0; n < CANOPEN_PDOS_EACH; n++) {
@@ -261,7 +259,7 @@ void canopen_pdo_step(struct canopen *c)
 {
     for (uint32_t n = 0; n < CANOPEN_PDOS_EACH; n++) {
         struct canopen_pdo *const p = &c->tpdo[n];
-        const uint32_t since_ms = canopen_since_ms(c, &p->sent_ms);
+        const uint32_t since_ms = canopen_elapsed_ms(c, &p->sent_ms);
         if (!exists(p) || is_synchronous(p) || since_ms * 10u < p->inhibit) {
             continue;
         }

@@ -8,11 +8,10 @@
 /* ---- modes of operation ---- */
 
 struct cia402_mode_row {
-    int8_t mode;                                  /* enum cia402_mode; below 0: shown only */
-    uint8_t axis_mode;                            /* enum axis_mode */
-    enum { ON_EDGE, RPM, COUNTS, TORQUE } target; /* what it is given; pp and hm wait for an edge of bit 4 */
-    struct outcome (*demand)(struct axis *a,
-                             int32_t value); /* with the target, as soon as that or the mode is written */
+    int8_t mode;                                             /* enum cia402_mode; below 0: shown only */
+    uint8_t axis_mode;                                       /* enum axis_mode */
+    enum { ON_EDGE, RPM, COUNTS, TORQUE } target;            /* its set-point; pp and hm wait for an edge of bit 4 */
+    struct outcome (*demand)(struct axis *a, int32_t value); /* called when mode or target is written */
 };
 
 static const struct cia402_mode_row cia402_modes[] = {
@@ -91,15 +90,15 @@ void cia402_accept(struct cia402 *c, const struct cia402_setpoints *s, bool word
 
 /* ---- the state machine ---- */
 
-/* Or will be in the next millisecond: a fault is latched that leaves no controlled stop. */
+/* Or will be within a millisecond: a fault is latched, and no controlled stop is under way. */
 static bool axis_is_faulty(const struct axis *a)
 {
     return a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION ||
            (a->faults.cause != FAULT_NONE && !a->reactions.stopping);
 }
 
-/* This bus commands it, and it is on, or will be. */
-static bool is_ours(const struct cia402 *c, const struct axis *a)
+/* This bus commands the axis, and it is on, or will be. */
+static bool owns_axis(const struct cia402 *c, const struct axis *a)
 {
     return a->owner.who == (uint32_t)c->who && !owner_axis_is_off(a);
 }
@@ -110,9 +109,9 @@ static enum cia402_state state_of(const struct cia402 *c, const struct axis *a)
         return CIA402_FAULT;
     }
     if (a->state == AXIS_QUICK_STOP) {
-        return CIA402_QUICK_STOP; /* whoever commands: behind it comes DISABLED */
+        return CIA402_QUICK_STOP; /* whichever line commands; DISABLED follows */
     }
-    return is_ours(c, a) ? CIA402_ENABLED : c->stage;
+    return owns_axis(c, a) ? CIA402_ENABLED : c->stage;
 }
 
 static void switch_axis_off(struct cia402 *c, struct axis *a)
@@ -124,11 +123,11 @@ static void switch_axis_off(struct cia402 *c, struct axis *a)
     }
 }
 
-static void stop_quickly(struct cia402 *c, struct axis *a)
+static void quick_stop(struct cia402 *c, struct axis *a)
 {
     if (a->state == AXIS_OPERATION_ENABLED) {
         c->refusal = drive_quick_stop(a);
-    } else if (a->state != AXIS_QUICK_STOP) { /* which goes on */
+    } else if (a->state != AXIS_QUICK_STOP) { /* which continues */
         switch_axis_off(c, a);
     }
 }
@@ -141,8 +140,8 @@ static void enable(struct cia402 *c, struct axis *a)
     }
     if (c->refusal.error == ERROR_NONE) {
         owner_take(a, c->who);
-        c->stage = CIA402_DISABLED; /* where it ends by itself */
-        c->course = COURSE_STARTS;
+        c->stage = CIA402_DISABLED; /* the state it ends in by itself */
+        c->authority = AUTHORITY_STARTING;
     }
 }
 
@@ -164,13 +163,13 @@ enum command { SHUT_DOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, RESET_
 #define OFF       (IN(DISABLED) | IN(READY) | IN(SWITCHED_ON))
 
 /*
- * IEC 61800-7-201, by the numbers of its transitions; 0, 1, 13, 14 are the axis' own, 16 is not there. Everybody may stop:
- * the words that do act in each state, whoever commands.
+ * IEC 61800-7-201, with its transition numbers; 0, 1, 13, 14 are the axis' own, 16 is not supported. Commands that stop act in
+ * each state, whichever line commands.
  */
 static const struct transition {
     uint8_t from;    /* a bit for each enum cia402_state */
     uint8_t command; /* enum command */
-    uint8_t to;      /* a stage; of what the axis does until then its own state tells */
+    uint8_t to;      /* the stage; until the axis is there, its own state is shown */
     void (*act)(struct cia402 *c, struct axis *a);
 } cia402_transitions[] = {
     {IN(DISABLED) | IN(READY) | IN(SWITCHED_ON), SHUT_DOWN, CIA402_READY, accept}, /* 2, 6 */
@@ -179,7 +178,7 @@ static const struct transition {
     {IN(ENABLED), SWITCH_ON, CIA402_SWITCHED_ON, switch_axis_off},                 /* 5 */
     {IN(ENABLED), SHUT_DOWN, CIA402_READY, switch_axis_off},                       /* 8 */
     {OFF | IN(ENABLED) | IN(QUICK_STOP), DISABLE_VOLTAGE, CIA402_DISABLED, switch_axis_off}, /* 7, 9, 10, 12 */
-    {OFF | IN(ENABLED) | IN(QUICK_STOP), QUICK_STOP, CIA402_DISABLED, stop_quickly},         /* 7, 10, 11 */
+    {OFF | IN(ENABLED) | IN(QUICK_STOP), QUICK_STOP, CIA402_DISABLED, quick_stop},           /* 7, 10, 11 */
     {IN(FAULT), RESET_FAULT, CIA402_DISABLED, reset_fault},                                  /* 15 */
 };
 
@@ -230,14 +229,14 @@ void cia402_take_over(struct cia402 *c, struct axis *a)
     const bool runs = now.state == AXIS_OPERATION_ENABLED && now.mode == AXIS_MODE_SPEED;
     c->setpoints.mode = find_mode(mode) != NULL ? mode : c->setpoints.mode;
     c->setpoints.target_rpm = runs ? axis_forward(a) * (a->speed.target_rpm_q16 / 65536) : 0;
-    c->setpoints.target_torque_pm = 0; /* nor does another program's old target count at the next enabling */
+    c->setpoints.target_torque_pm = 0; /* an old target must not take effect at the next enabling */
     owner_take_over(a, c->who);
 }
 
-/* What this bus had begun has ended: by itself, because it could not begin, or because another one wanted that. */
-static void see_end(struct cia402 *c, const struct axis *a)
+/* What this bus had started has ended: by itself, because it could not start, or by another line. */
+static void handle_end(struct cia402 *c, const struct axis *a)
 {
-    if (c->course == COURSE_STARTS && a->switching.outcome.error != ERROR_NONE && owner_axis_is_off(a)) {
+    if (c->authority == AUTHORITY_STARTING && a->switching.outcome.error != ERROR_NONE && owner_axis_is_off(a)) {
         c->refusal = a->switching.outcome;
     }
     if (a->owner.stopped_by != OWNER_NONE && a->owner.stopped_by != (uint32_t)c->who) {
@@ -245,10 +244,10 @@ static void see_end(struct cia402 *c, const struct axis *a)
     } else if (owner_allows(a, c->who).error != ERROR_NONE) { /* taken over */
         c->refusal = owner_allows(a, c->who);
     }
-    c->course = COURSE_NONE;
+    c->authority = AUTHORITY_NONE;
 }
 
-/* After an end by itself, by a fault or at another's command, or when another one commanded, the whole sequence starts over. */
+/* After any end that this bus did not command, the whole sequence starts over. */
 static void follow_axis(struct cia402 *c, const struct axis *a)
 {
     if (c->source_due && !a->handover.under_way) {
@@ -256,23 +255,24 @@ static void follow_axis(struct cia402 *c, const struct axis *a)
         c->refusal = a->handover.outcome;
     }
     bool faulty = axis_is_faulty(a);
-    if (faulty || a->faults.cause == FAULT_NONE) { /* else a stop for it goes on, and the fault itself is yet to come */
-        faulty = faulty || c->faults != a->faults.count; /* and cleared since: at the console */
+    if (faulty ||
+        a->faults.cause == FAULT_NONE) { /* else a controlled stop is under way, and the state is not FAULT yet */
+        faulty = faulty || c->faults != a->faults.count; /* or cleared since, at the console */
         c->faults = a->faults.count;
     }
     const bool ends = faulty || a->state == AXIS_QUICK_STOP || owner_allows(a, c->who).error != ERROR_NONE;
-    c->stage = ends ? CIA402_DISABLED : c->stage; /* a word that was refused starts nothing later */
-    c->target_due = c->target_due && !faulty && is_ours(c, a);
-    if (c->course != COURSE_NONE && !is_ours(c, a)) {
-        see_end(c, a);
-    } else if (is_ours(c, a) && (faulty || c->course == COURSE_NONE)) {
-        c->course = COURSE_RETURNS; /* by a restart, or taken over */
+    c->stage = ends ? CIA402_DISABLED : c->stage; /* a refused control word must not take effect later */
+    c->target_due = c->target_due && !faulty && owns_axis(c, a);
+    if (c->authority != AUTHORITY_NONE && !owns_axis(c, a)) {
+        handle_end(c, a);
+    } else if (owns_axis(c, a) && (faulty || c->authority == AUTHORITY_NONE)) {
+        c->authority = AUTHORITY_RETURNED; /* by a restart, or a take-over */
     }
 }
 
 /* ---- set-points ---- */
 
-/* That of a mode which acts at once; one that waits for an edge waits at rest, and holds what has gone before it. */
+/* Of a mode that acts immediately; a mode that waits for an edge keeps a held position, and else brakes to rest. */
 static __attribute__((noinline)) void apply_target(struct cia402 *c, struct axis *a)
 {
     const struct cia402_setpoints *const s = &c->setpoints;
@@ -298,7 +298,7 @@ static struct outcome start_homing(int32_t method, struct axis *a)
     return drive_command_home(a, method == CIA402_HOME_INDEX ? HOMING_INDEX : HOMING_BLOCK);
 }
 
-/* At the edge of bit 4. */
+/* At a rising edge of bit 4. */
 static void start_motion(struct cia402 *c, struct axis *a)
 {
     const struct cia402_setpoints *const s = &c->setpoints;
@@ -325,7 +325,7 @@ static void operate(struct cia402 *c, struct axis *a, uint32_t rising)
     c->target_due = false;
 }
 
-/* The edges of a new control word, and the change of state that it asks for. */
+/* Carries out a new control word's change of state; returns its rising edges. */
 static uint32_t take_word(struct cia402 *c, struct axis *a)
 {
     const uint32_t word = c->setpoints.control_word;
@@ -336,33 +336,33 @@ static uint32_t take_word(struct cia402 *c, struct axis *a)
     c->word_due = false;
     if (withdraws) {
         owner_stopped(a, c->who);
-        drive_withdraw(a); /* a level: what waits to switch on, after a fault, too, does so no more */
+        drive_withdraw(a); /* level, not edge: also cancels a pending switch-on or restart */
     }
     change_state(c, a, command_of(word));
     if ((rising & CIA402_FAULT_RESET) != 0u) {
         change_state(c, a, RESET_FAULT);
     }
-    if (withdraws && !is_ours(c, a)) {
-        c->course = COURSE_NONE; /* as it was asked to */
+    if (withdraws && !owns_axis(c, a)) {
+        c->authority = AUTHORITY_NONE; /* as commanded */
     }
     return rising;
 }
 
-/* Continuous modes begin with the present target, a position waits for a new one; and so does what no word has begun. */
+/* Continuous modes begin with the present target; csp, and an axis that this bus did not enable, wait for a new one. */
 static void begin_operating(struct cia402 *c)
 {
-    c->target_due = c->course == COURSE_STARTS ? c->setpoints.mode != CIA402_CSP : c->target_due;
-    c->course = COURSE_OPERATES;
+    c->target_due = c->authority == AUTHORITY_STARTING ? c->setpoints.mode != CIA402_CSP : c->target_due;
+    c->authority = AUTHORITY_OPERATING;
 }
 
 void cia402_poll(struct cia402 *c, struct axis *a)
 {
     follow_axis(c, a);
     uint32_t rising = c->word_due ? take_word(c, a) : 0u;
-    if (!is_ours(c, a) || a->state != AXIS_OPERATION_ENABLED) {
+    if (!owns_axis(c, a) || a->state != AXIS_OPERATION_ENABLED) {
         return;
     }
-    if (c->course != COURSE_OPERATES) {
+    if (c->authority != AUTHORITY_OPERATING) {
         begin_operating(c);
         rising = c->setpoints.control_word & CIA402_HALT;
     }
@@ -371,12 +371,12 @@ void cia402_poll(struct cia402 *c, struct axis *a)
     }
 }
 
-/* ---- what is shown ---- */
+/* ---- mode display ---- */
 
 int32_t cia402_mode_display(const struct cia402 *c, const struct drive_status *now)
 {
     const struct cia402_mode_row *const asked = find_mode(c->setpoints.mode);
-    const bool waits = c->course == COURSE_OPERATES && asked != NULL && asked->demand == NULL &&
+    const bool waits = c->authority == AUTHORITY_OPERATING && asked != NULL && asked->demand == NULL &&
                        (now->mode == AXIS_MODE_SPEED || now->mode == AXIS_MODE_POSITION);
     for (size_t n = 0; now->state == AXIS_OPERATION_ENABLED && !waits && n < MODES; n++) {
         if (cia402_modes[n].axis_mode == now->mode) {
@@ -391,17 +391,18 @@ int32_t cia402_mode_display(const struct cia402 *c, const struct drive_status *n
 static uint32_t state_bits(const struct cia402 *c, const struct axis *a, uint32_t state)
 {
     static const uint8_t of_state[] = {
-        [AXIS_NOT_READY] = 0x00,         [AXIS_READY] = 0x23,      [AXIS_SWITCHED_ON] = 0x23, /* until it operates */
+        [AXIS_NOT_READY] = 0x00,         [AXIS_READY] = 0x23,      [AXIS_SWITCHED_ON] = 0x23, /* until operation */
         [AXIS_OPERATION_ENABLED] = 0x27, [AXIS_QUICK_STOP] = 0x07, [AXIS_FAULT_REACTION] = 0x0F, [AXIS_FAULT] = 0x08,
     };
     static const uint8_t at_rest[] = {[CIA402_DISABLED] = 0x40, [CIA402_READY] = 0x21, [CIA402_SWITCHED_ON] = 0x23};
     if (state != AXIS_SWITCH_ON_DISABLED) {
         return of_state[state];
     }
-    return c->faults != a->faults.count ? 0x40u : at_rest[c->course == COURSE_STARTS ? CIA402_SWITCHED_ON : c->stage];
+    return c->faults != a->faults.count ? 0x40u
+                                        : at_rest[c->authority == AUTHORITY_STARTING ? CIA402_SWITCHED_ON : c->stage];
 }
 
-static uint32_t if_so(bool condition, uint32_t bits)
+static uint32_t bits_if(bool condition, uint32_t bits)
 {
     return condition ? bits : 0u;
 }
@@ -411,7 +412,7 @@ static bool near_rpm_q4(int32_t x_q4, int32_t y_q4)
     return q15_abs(x_q4 - y_q4) <= AXIS_STANDSTILL_RPM_Q4;
 }
 
-/* Of pp and hm: the motion under way, or that none is. */
+/* For pp and hm: the motion is complete, or there is none. */
 static bool has_arrived(const struct axis *a, const struct drive_status *now)
 {
     return now->mode == AXIS_MODE_POSITION ? profile_is_done(&a->motion.profile)
@@ -428,14 +429,15 @@ static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const st
 {
     switch (cia402_mode_display(c, now)) {
     case CIA402_PV:
-        return if_so(near_rpm_q4(now->speed_rpm_q4, axis_forward(a) * (a->speed.target_rpm_q16 / 4096)),
-                     CIA402_REACHED) |
-               if_so(near_rpm_q4(now->speed_rpm_q4, 0), CIA402_OF_MODE);
+        return bits_if(near_rpm_q4(now->speed_rpm_q4, axis_forward(a) * (a->speed.target_rpm_q16 / 4096)),
+                       CIA402_REACHED) |
+               bits_if(near_rpm_q4(now->speed_rpm_q4, 0), CIA402_OF_MODE);
     case CIA402_PP:
-        return if_so(has_arrived(a, now), CIA402_REACHED) |
-               if_so(now->mode == AXIS_MODE_POSITION && (c->word_before & CIA402_NEW_SET_POINT) != 0u, CIA402_OF_MODE);
+        return bits_if(has_arrived(a, now), CIA402_REACHED) |
+               bits_if(now->mode == AXIS_MODE_POSITION && (c->word_before & CIA402_NEW_SET_POINT) != 0u,
+                       CIA402_OF_MODE);
     case CIA402_HM:
-        return if_so(has_arrived(a, now), CIA402_REACHED) | if_so(has_homed(c, now), CIA402_OF_MODE);
+        return bits_if(has_arrived(a, now), CIA402_REACHED) | bits_if(has_homed(c, now), CIA402_OF_MODE);
     case CIA402_CSP:
     case CIA402_CSV:
     case CIA402_CST:
@@ -448,10 +450,10 @@ static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const st
 uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct drive_status *now)
 {
     const bool operates = now->state == AXIS_OPERATION_ENABLED;
-    return state_bits(c, a, now->state) | if_so(owner_allows(a, c->who).error == ERROR_NONE, CIA402_REMOTE) |
-           if_so(fault_warns(&a->reports), CIA402_WARNING) | if_so(c->refusal.error != ERROR_NONE, CIA402_REFUSED) |
-           if_so(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
-           if_so(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
+    return state_bits(c, a, now->state) | bits_if(owner_allows(a, c->who).error == ERROR_NONE, CIA402_REMOTE) |
+           bits_if(fault_warns(&a->reports), CIA402_WARNING) | bits_if(c->refusal.error != ERROR_NONE, CIA402_REFUSED) |
+           bits_if(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
+           bits_if(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
 }
 
 #define FAULT_CODE(number, name, code, ...) [FAULT_##name] = (code),

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive as CiA 402 (IEC 61800-7-201) sees it: control word and set-points in, status word out, requests of axis/axis.h in
- * between. The axis goes from "switch on disabled" through calibration and alignment to operation in one go; a controller asks
- * step by step: "ready" and "switched on" are kept here until it enables operation, and the bridge is off in both. While
- * another line commands the axis (drive/owner.h), words that stop are obeyed, others do nothing.
+ * The drive as CiA 402 (IEC 61800-7-201) defines it: control word and set-points in, status word out, requests of axis/axis.h
+ * in between. The axis goes from "switch on disabled" through calibration and alignment to operation in one go, while a
+ * controller goes step by step: "ready" and "switched on" are states of this file until it enables operation, with the bridge
+ * off. While another line commands the axis (drive/owner.h), control words that stop are obeyed, others have no effect.
  *
- * Commands act after acceptance, in cia402_poll(); `refusal` holds what the axis refuses. Options of the profile: shutdown and
+ * Commands are carried out by cia402_poll(); `refusal` holds what the axis refuses. Options of the profile: shutdown and
  * disabling operation let the motor coast (0x605B, 0x605C: 0), quick stop brakes and ends in "switch on disabled" (0x605A: 2),
  * halt brakes along the ramp and stays enabled (0x605D: 1).
  */
@@ -30,7 +30,7 @@
 /* bits of the status word beyond the state bits */
 #define CIA402_VOLTAGE_THERE (1u << 4)
 #define CIA402_WARNING       (1u << 7)
-#define CIA402_REFUSED       (1u << 8) /* the last command: `refusal` says why */
+#define CIA402_REFUSED       (1u << 8) /* the last command was refused: see `refusal` */
 #define CIA402_REMOTE        (1u << 9)
 #define CIA402_REACHED       (1u << 10)
 #define CIA402_LIMITED       (1u << 11)
@@ -51,7 +51,7 @@ enum cia402_mode {
 #define CIA402_HOME_INDEX    34
 #define CIA402_HOME_BLOCK    (-1)
 #define CIA402_HOME_HERE     37
-#define CIA402_HOME_HERE_OLD 35 /* its number before, which masters still write */
+#define CIA402_HOME_HERE_OLD 35 /* its former number, which masters still write */
 
 static inline bool cia402_homes_here(int32_t method)
 {
@@ -67,7 +67,7 @@ struct cia402_setpoints {
     int32_t homing_method;
 };
 
-/* The standard's states as one bus sees them: the first three are its own while it does not command, the others the axis'. */
+/* The standard's states, for one bus: the first three are its own while it does not command, the others are the axis'. */
 enum cia402_state {
     CIA402_DISABLED,
     CIA402_READY,
@@ -77,57 +77,57 @@ enum cia402_state {
     CIA402_FAULT,
 };
 
-/* What has become of this bus' command over the axis. */
-enum cia402_course {
-    COURSE_NONE,
-    COURSE_STARTS,  /* its word has enabled operation */
-    COURSE_RETURNS, /* without a word: taken over, or it starts again after a fault */
-    COURSE_OPERATES,
+/* How far this bus has control over the axis. */
+enum cia402_authority {
+    AUTHORITY_NONE,
+    AUTHORITY_STARTING, /* its control word has enabled operation */
+    AUTHORITY_RETURNED, /* without one: taken over, or a restart after a fault */
+    AUTHORITY_OPERATING,
 };
 
 struct cia402 {
     struct cia402_setpoints setpoints;
     enum owner who; /* the bus */
     enum cia402_state stage;
-    enum cia402_course course;
-    uint32_t faults;      /* of the axis, when last checked */
-    uint32_t word_before; /* the control word last acted upon, */
+    enum cia402_authority authority;
+    uint32_t faults;      /* of the axis, at the last poll */
+    uint32_t word_before; /* the last control word carried out, */
     int32_t mode_before;  /* and the mode */
-    bool word_due;        /* a control word waits */
-    bool target_due;      /* a set-point, or another mode */
+    bool word_due;        /* a control word is pending */
+    bool target_due;      /* a set-point or a mode is */
     struct outcome refusal;
-    int32_t exponent; /* of 0x60C2, for masters that read it back */
-    bool source_due;  /* another source of the angle was requested, and may yet be refused */
+    int32_t exponent; /* 0x60C2:2, for masters that read it back */
+    bool source_due;  /* a change of the angle source is pending, and may still be refused */
 };
 
 /* No command yet, pv, all targets 0. */
 void cia402_init(struct cia402 *c, enum owner who);
 
-/* True if these parameters allow all of them. Thread. */
+/* True if the set-points are within what the parameters allow. Thread. */
 bool cia402_allows(const struct cia402_setpoints *s, const struct params *p);
 
-/* Accepts set-points; `word`: a control word is among them, `target`: a mode or a target is. Thread. */
+/* Accepts set-points. `word`: including a control word; `target`: including a mode or a target. Thread. */
 void cia402_accept(struct cia402 *c, const struct cia402_setpoints *s, bool word, bool target);
 
-/* Words that only stop, which everybody may; and that only the owner may give. */
+/* Control words that only stop, which any line may give; and that enable, which only the owner may. */
 bool cia402_stops(uint32_t word);
 bool cia402_enables(uint32_t word);
 
-/* This bus commands what goes on from here on; mode and target speed become those in effect, target torque 0. Thread. */
+/* This bus takes over a running axis; mode and target speed become those in effect, target torque 0. Thread. */
 void cia402_take_over(struct cia402 *c, struct axis *a);
 
-/* Requests another source of the angle, enum param_angle; false: refused at once, nothing has changed. Thread. */
+/* Requests another source of the angle, enum param_angle; false if refused: nothing has changed. Thread. */
 bool cia402_change_source(struct cia402 *c, struct axis *a, uint32_t source);
 
-/* Carries out what is pending, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
+/* Carries out what is pending, and follows the axis' state. Thread, repeatedly; takes up to as long as `on`. */
 void cia402_poll(struct cia402 *c, struct axis *a);
 
 uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct drive_status *now);
 
-/* The mode in effect; the requested one while the drive is not operating, and where that waits for its edge. */
+/* The mode in effect; the requested one while not operating, or while that waits for its edge. */
 int32_t cia402_mode_display(const struct cia402 *c, const struct drive_status *now);
 
-/* 0x6502: a bit for each mode less one. Those that features and the source of the angle allow. Thread. */
+/* 0x6502: bit n is mode n + 1; those that features and the source of the angle allow. Thread. */
 uint32_t cia402_supported_modes(const struct axis *a);
 
 /* CiA 402 error code, 0x603F: 0 if there is no fault. Any context. */

@@ -29,14 +29,14 @@ static bool put_fault_help(struct session *s, const char *name)
     return fault != FAULT_COUNT;
 }
 
-/* The bus shows only the number of a refusal; its value stands in another register. */
+/* A bus has only the number of a refusal; its value is in another register. */
 static bool put_refusal_help(struct session *s, const char *word)
 {
     int32_t number;
     const bool known = text_parse_int(word, &number) && number > 0 && number < ERROR_COUNT;
     if (known) {
         text_print(&s->out, "refusal %d: ", number);
-        answer_unfilled(&s->out, message_of_error((enum error)number));
+        answer_template(&s->out, message_of_error((enum error)number));
     }
     return known;
 }
@@ -87,7 +87,7 @@ static size_t split_line(char *line, char **words)
     }
 }
 
-/* The scope is with the chosen axis, which a line for once need not be for. */
+/* The scope is attached to the chosen axis; "axis 2 LINE" may name another. */
 static bool is_elsewhere(const struct session *s, const struct command *command, const struct arguments *a)
 {
     const bool lists = command_words(command) > 1u && text_equal(a->word[1], "list");
@@ -97,8 +97,8 @@ static bool is_elsewhere(const struct session *s, const struct command *command,
 
 static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
-    const bool commands = command->begins != PROGRESS_NONE || command->demand != NULL || command->commands;
-    const struct outcome allowed = commands ? owner_allows(s->axis, OWNER_CONSOLE) : OUTCOME_OK;
+    const bool owner_only = command->begins != PROGRESS_NONE || command->demand != NULL || command->owner_only;
+    const struct outcome allowed = owner_only ? owner_allows(s->axis, OWNER_CONSOLE) : OUTCOME_OK;
     s->accepted = false;
     if (is_elsewhere(s, command, a)) {
         answer(s, outcome_of(ERROR_SCOPE_ELSEWHERE));
@@ -113,18 +113,19 @@ static void run_row(struct session *s, const struct command *command, const stru
     } else {
         help(s, command->kinds[0] == ARGUMENT_TOPIC ? a->word[1] : NULL);
     }
-    if (s->accepted && commands && owner_allows(s->axis, OWNER_CONSOLE).error == ERROR_NONE) { /* or taken over since */
+    if (s->accepted && owner_only &&
+        owner_allows(s->axis, OWNER_CONSOLE).error == ERROR_NONE) { /* unless taken over since */
         owner_take(s->axis, OWNER_CONSOLE);
-    } else if (command->request == drive_clear_fault || /* refused, it has ended a retry nevertheless */
+    } else if (command->request == drive_clear_fault || /* even if refused: it has ended a retry */
                (s->accepted && command->request != NULL && command->request != drive_forget)) {
         owner_stopped(s->axis, OWNER_CONSOLE);
     }
-    if (s->accepted && (command->begins != PROGRESS_NONE || command->run == NULL)) { /* what went on ends for another */
+    if (s->accepted && (command->begins != PROGRESS_NONE || command->run == NULL)) { /* replaces what was in progress */
         s->progress[session_axis(s)] = command->begins;
     }
 }
 
-/* That of the row which has the second word. */
+/* By the row that has the second word. */
 static void refuse_count(struct session *s, const struct command *command, const struct arguments *a, size_t count)
 {
     const struct command *const meant = count > 1u ? commands_with(command->name, a->word[1]) : NULL;

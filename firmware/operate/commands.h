@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The console's commands: tables of rows, by which lines are parsed, refused, completed and explained. A row's text spells its
- * arguments for people, capitals for a value or a name, lower case for the word itself or one of several; its kinds say how
- * each is read (arguments.c). Thread.
+ * The console's commands: tables of rows, from which lines are parsed, refused, completed and explained. A row's text shows its
+ * arguments: capitals for a value or a name, lower case for a literal word or one of several; its kinds say how each is parsed
+ * (arguments.c). Thread.
  */
 #ifndef FIRMWARE_OPERATE_COMMANDS_H
 #define FIRMWARE_OPERATE_COMMANDS_H
@@ -17,7 +17,7 @@
 #include "firmware/settings/features.h"
 #include "firmware/system/boot.h"
 
-/* What a command only begins, and the console says when it is done. */
+/* What a command only starts; the console reports when it is done. */
 enum progress {
     PROGRESS_NONE,
     PROGRESS_ON,
@@ -31,16 +31,16 @@ enum progress {
 /* What a command needs to carry out its line and to answer. */
 struct session {
     struct text out;
-    enum progress progress[AXIS_COUNT]; /* what the last one that was accepted has begun, on each axis */
-    bool accepted;                      /* the present line's answer was "ok" */
+    enum progress progress[AXIS_COUNT]; /* started by the last accepted command, on each axis */
+    bool accepted;                      /* this line was answered by "ok" */
     bool machine;                       /* a program reads the answers */
     struct axis *axes;                  /* AXIS_COUNT of them */
-    struct axis *axis;                  /* the one that commands are for */
+    struct axis *axis;                  /* the one that commands act on */
     struct scope *scope;                /* of the chosen axis */
     struct stream stream;               /* samples between the text */
-    const struct postmortem *last_life; /* how the last life of the program ended */
-    const struct slots *slots;          /* where settings are stored, for each axis */
-    const struct nvm_report *loaded;    /* what was found there at the start */
+    const struct postmortem *last_run;  /* how the program's last run ended */
+    const struct slots *slots;          /* of the settings, for each axis */
+    const struct nvm_report *loaded;    /* what was found in them at the start */
 };
 
 /* The number of the session's axis, from 0. */
@@ -51,10 +51,10 @@ static inline uint32_t session_axis(const struct session *s)
 
 #define ARGUMENTS_MOST 4u
 
-/* A line, cut into words; number 0 is the command's name. */
+/* A line split into words; word 0 is the command's name. */
 struct arguments {
     char *word[ARGUMENTS_MOST + 1u];
-    int32_t value[ARGUMENTS_MOST + 1u]; /* as its kind reads the word */
+    int32_t value[ARGUMENTS_MOST + 1u]; /* the word parsed by its kind */
 };
 
 enum argument {
@@ -62,9 +62,9 @@ enum argument {
     ARGUMENT_CHOICE,  /* one of the row's words; value: which, from 0 */
     ARGUMENT_BY,      /* the word itself */
     ARGUMENT_TRIGGER, /* likewise */
-    ARGUMENT_ANY,     /* the command reads it by itself */
+    ARGUMENT_ANY,     /* parsed by the command */
     ARGUMENT_COMMAND,
-    ARGUMENT_TOPIC, /* what help has something of */
+    ARGUMENT_TOPIC, /* of `help` */
     ARGUMENT_WHOLE,
     ARGUMENT_RPM,
     ARGUMENT_COUNTS,
@@ -82,22 +82,22 @@ enum argument {
 #define PARAMS_ALL     (-1)
 #define PARAMS_CHANGED (-2)
 
-/* A row: rows of the same name are adjacent and differ in their number of arguments. One of the last three is not NULL. */
+/* Rows of the same name are adjacent and differ in their number of arguments. One of the three functions is not NULL. */
 struct command {
     const char *name;
     const char *arguments;
     const char *help;
     uint8_t kinds[ARGUMENTS_MOST]; /* enum argument */
     void (*run)(struct session *s, const struct arguments *a);
-    struct outcome (*request)(struct axis *axis);               /* answered by its outcome */
+    struct outcome (*request)(struct axis *axis);               /* its outcome is the answer */
     struct outcome (*demand)(struct axis *axis, int32_t value); /* likewise, of the first argument */
     enum progress begins;
-    bool commands; /* it is the owner's, as what has a demand or begins something */
+    bool owner_only; /* as are those that have a demand or start something */
 };
 
-typedef const char *(*names_fn)(uint32_t n); /* the nth: of no length if it is none, NULL behind the last */
+typedef const char *(*names_fn)(uint32_t n); /* the nth; empty: to be skipped; NULL past the end */
 
-/* Those of each feature, in the order of 'help'. */
+/* In the order of 'help'. */
 extern const struct command commands_help[2];
 extern const struct command commands_drive[3];
 extern const struct command commands_identify[2];
@@ -118,7 +118,7 @@ extern const struct command commands_sweep[3];
 extern const struct command commands_version[1];
 extern const struct command commands_axis[1];
 
-/* The nth of all rows; NULL behind the last. Its name: of no length if it is the one before's. */
+/* The nth of all rows; NULL past the end. Its name; empty if the row before has the same. */
 const struct command *commands_row(uint32_t n);
 const char *commands_name(uint32_t n);
 
@@ -128,13 +128,13 @@ const struct command *commands_find(const char *name, size_t words);
 /* The first row of that name whose text has the word, or NULL. */
 const struct command *commands_with(const char *name, const char *word);
 
-/* The feature that a name belongs to, if commands_find() does not know it; FEATURE_COUNT: none. */
+/* The feature of a command that is not in this build; FEATURE_COUNT: none. */
 enum feature commands_absent(const char *name);
 
-/* The nth word that `help` is offered: a command or a parameter; as commands_name(). */
+/* The nth topic of `help`, a command or a parameter; as commands_name(). */
 const char *help_topic(uint32_t n);
 
-/* Words of its line, the name included. */
+/* Number of words of its line, the name included. */
 size_t command_words(const struct command *command);
 
 /*
@@ -143,20 +143,20 @@ size_t command_words(const struct command *command);
  */
 void commands_execute(struct session *s, char *line);
 
-/* ---- commands_axis.c ---- */
+/* ---- commands_session.c ---- */
 
 /*
- * "axis 2 LINE": carries out LINE on that axis, for this once. Returns the LINE, the whole line if it does not begin so, and
- * NULL behind an error that it has reported; s->axis is the axis meant.
+ * "axis 2 LINE": this one LINE acts on that axis. Returns LINE, the whole line if it does not begin so, and NULL after an error
+ * that it has reported; s->axis is then the axis meant.
  */
 char *axis_of_line(struct session *s, char *line);
 
-/* "axis 2: " with two axes; else nothing. */
+/* "axis 2: " with two axes; with one nothing. */
 void put_axis(struct text *out, uint32_t axis);
 
 /* ---- arguments.c ---- */
 
-/* Reads all arguments of a line; false after reporting the first that does not fit. */
+/* Parses all arguments of a line; false after reporting the first that does not fit. */
 bool arguments_read(struct session *s, const struct command *command, struct arguments *a);
 
 /* The fault of this name, with '_' for blanks; FAULT_COUNT if there is none. */
@@ -165,44 +165,39 @@ enum fault fault_typed(const char *name);
 /* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
 
-/* ---- completion.c ---- */
-
 /*
- * Extends the last word of an unfinished line by what all matching names have in common, plus a blank if only one matches;
- * lists them if nothing can be added, and rings (BEL) if there are none. Names are those of commands, parameters and faults,
- * and the words that a command accepts. Returns true if it has listed: the caller prompts again.
+ * Tab completion: extends the last word of the line by what all matching names have in common, plus a blank if only one
+ * matches; lists them if nothing can be added; BEL if there are none. Names are those of commands, parameters, faults and
+ * signals, and the words that a command accepts. True if it has listed: the caller prompts again.
  */
 bool completion_of(struct line *l, struct text *out);
 
 /* ---- answers.c ---- */
 
-/* "error: WORD: what"; the second adds what may have been meant, if one of the names (NULL: none) is
- * much like it. Names are a kind's, of arguments.c. */
-void answer_about(struct session *s, const char *word, const char *what);
-void answer_unknown(struct session *s, const char *word, const char *what, names_fn names);
-
-/* ---- nearest.c ---- */
-
-/* The name that is most like the word, NULL if none is much like it. Lets the buses have their turns meanwhile. */
-const char *nearest_name(const char *word, names_fn name_of, struct text *others);
-
-/* ---- progress.c ---- */
-
-/* Something that the last command for this axis began has ended as it should: a line that says so, once; else NULL. */
-const char *progress_said(struct session *s, uint32_t axis);
-
-/* "ok", or "error: " and why. */
+/* "ok", or "error: " and the reason. */
 void answer(struct session *s, struct outcome outcome);
 
 /* A line of messages.h: '@' stands for the first value, '#' for the second. */
-void answer_filled(struct text *out, const char *text, int32_t first, int32_t second);
+void answer_with_values(struct text *out, const char *text, int32_t first, int32_t second);
 
-/* The same where the values are not known: "...". */
-void answer_unfilled(struct text *out, const char *text);
+/* The same with "..." for values that are not known. */
+void answer_template(struct text *out, const char *text);
 
-/* ---- what others say, too ---- */
+/*
+ * "error: WORD: what"; the second adds "did you mean", if one of the names (NULL: none) is close to the word.
+ */
+void answer_error(struct session *s, const char *word, const char *what);
+void answer_unknown(struct session *s, const char *word, const char *what, names_fn names);
 
-/* What a signal of signal_table is; never NULL. */
+/* The name closest to the word, NULL if none is close. Serves the buses meanwhile. */
+const char *nearest_name(const char *word, names_fn name_of, struct text *others);
+
+/* When what the last command started on this axis has completed: a line that says so, once; else NULL. */
+const char *progress_message(struct session *s, uint32_t axis);
+
+/* ---- texts used by several files ---- */
+
+/* Description of a signal; never NULL. */
 const char *signal_text(const char *name);
 
 /* The record of the processor fault before the last reset, if there is one. */
@@ -217,10 +212,7 @@ void store_print_damage(struct text *t, const struct slots_view *v);
 /* By `save`: the slot, and how often pages have been written so far. */
 void store_print_saved(struct text *t, const struct saved *s);
 
-/* A line while identify runs: the step. */
-void identify_print_step(struct text *out, const struct identify *d);
-
-/* "mA", "rpm/s"; "" if there is none. Derived from the end of the name. */
+/* "mA", "rpm/s"; "" if there is none. By the end of the name. */
 const char *param_unit(const struct param_info *info);
 
 #endif

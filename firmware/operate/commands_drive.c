@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* On and off, set-points of speed, torque and position, the source of the angle, and the present state. */
+/*
+ * On and off, set-points of speed, torque and position, the source of the angle, the present state; measuring the motor,
+ * learning cogging and the Hall switches.
+ */
 #include "drivers/mss/sysreg.h"
 #include "firmware/monitor/device.h"
 #include "firmware/operate/commands.h"
@@ -52,7 +55,7 @@ static void put_warnings(struct text *out, const struct axis *a)
     }
 }
 
-/* Looks at the newest voltage of each millisecond, since the last `on`. */
+/* Counted by the newest voltage of each millisecond, since the last `on`. */
 static void put_update(struct text *out, const struct axis *a)
 {
     text_print(out, "PWM update: %s%s", message_of_update(a->tuning.update),
@@ -71,7 +74,7 @@ static const char *leader(const struct axis *a)
     return injection_leads(a) ? ", the injection leads" : ", the observer leads";
 }
 
-/* The result of the saliency test, if it was run, and why it was not good enough. */
+/* The result of the saliency test, if it was run, and why the injection was refused. */
 static void put_saliency(struct text *out, const struct injection_start *m)
 {
     if (m->detail_q8 != 0) {
@@ -118,8 +121,8 @@ static void run_status(struct session *s, const struct arguments *unused)
                quantity_milliamp(a, now.i_q_q15), quantity_milliamp(a, now.i_d_ref_q15),
                quantity_milliamp(a, now.i_q_ref_q15));
     put_bus_and_heat(out, a, &now);
-    if (FEATURE_IN(IDENTIFY)) {
-        identify_print_step(out, &a->identify);
+    if (FEATURE_IN(IDENTIFY) && a->identify.running) {
+        text_print(out, "identify: step '%s'\n", identify_step_name(a->identify.step));
     }
     put_warnings(out, a);
     text_print(out, "current loop: %d cycles\n", (int32_t)measure_current_loop_cycles(&a->time_ms));
@@ -137,17 +140,17 @@ static void run_status(struct session *s, const struct arguments *unused)
 
 /* ---- on, and another source ---- */
 
-/* Serves the bus while the axis completes what was requested; false when it has. */
+/* Serves the buses while the axis prepares what was requested; false when it has. */
 static bool is_preparing(struct session *s)
 {
     const bool more = drive_prepare(s->axis);
     if (more) {
-        text_take_turn(&s->out);
+        text_yield(&s->out);
     }
     return more;
 }
 
-/* A full battery, or v_max_mv too close above it. */
+/* A full battery, or v_max_mv too close to the bus voltage. */
 static void warn_of_bus(struct session *s)
 {
     const int32_t bus_q15 = s->axis->loop.vbus_q15;
@@ -243,7 +246,7 @@ const struct command commands_position[] = {
 };
 
 const struct command commands_zero[] = {
-    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero, .commands = true},
+    {"zero", "", "the shaft's position is 0 from now on", .request = drive_set_zero, .owner_only = true},
 };
 
 const struct command commands_cyclic[] = {
@@ -259,7 +262,88 @@ _Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_
 const struct command commands_angle[] = {
     {"angle", " encoder|observer|hall",
      "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
-     {ARGUMENT_CHOICE}, .run = run_angle, .commands = true},
+     {ARGUMENT_CHOICE}, .run = run_angle, .owner_only = true},
     {"forget", "", "the angle between encoder and magnets, while off: the next 'on' aligns", .request = drive_forget},
+};
+/* clang-format on */
+
+/* ==== identify and learn ==== */
+
+#define RESULT_OF(NAME, ...)   [IDENTIFY_##NAME] = {__VA_ARGS__},
+#define REFUSAL_OF(NAME, text) [IDENTIFY_##NAME] = text,
+
+static const struct {
+    const char *name, *unit;
+    int32_t milli; /* thousandths of the unit per LSB */
+} identify_quantities[IDENTIFY_QUANTITIES] = {IDENTIFY_RESULTS(RESULT_OF)};
+
+static const char *const identify_reasons[IDENTIFY_REASONS] = {"", IDENTIFY_REFUSALS(REFUSAL_OF)};
+
+static void put_result(struct text *out, uint32_t what, const struct identify_result *r)
+{
+    const int32_t milli = identify_quantities[what].milli;
+    text_print(out, "%s: ", identify_quantities[what].name);
+    if (r->state == IDENTIFY_KNOWN && r->interval == 0) {
+        text_print(out, "%d, exactly\n", r->value);
+    } else if (r->state == IDENTIFY_KNOWN) {
+        text_print(out, "%.3d +-%.3d%s\n", r->value * milli, r->interval * milli, identify_quantities[what].unit);
+    } else if (r->state == IDENTIFY_REFUSED) {
+        text_print(out, "refused: %s\n", r->reason < IDENTIFY_REASONS ? identify_reasons[r->reason] : "unknown");
+    } else {
+        text_put(out, "not measured yet\n");
+    }
+}
+
+/* How it ended, then a line for each quantity: value, interval and unit, or why not. */
+static void put_results(struct text *out, const struct identify *d)
+{
+    if (d->step == IDENTIFY_STEP_NONE) {
+        text_put(out, "identify has not run\n");
+        return;
+    }
+    if (!d->running && d->fault != FAULT_NONE) {
+        text_print(out, "ended in step '%s' by a fault: %s\n", identify_step_name(d->stopped_in),
+                   message_of_fault((enum fault)d->fault));
+    } else if (!d->running && d->stopped_in != IDENTIFY_STEP_DONE) {
+        text_print(out, "ended in step '%s'\n", identify_step_name(d->stopped_in));
+    }
+    for (uint32_t what = 0; what < IDENTIFY_QUANTITIES; what++) {
+        put_result(out, what, &d->results[what]);
+    }
+    text_print(out, "time: %.3d s\n", (int32_t)d->total_ms);
+}
+
+static void run_identify_results(struct session *s, const struct arguments *a)
+{
+    if (a->value[1] == 0) {
+        put_results(&s->out, &s->axis->identify);
+        return;
+    }
+    const struct outcome outcome = drive_identify_use(s->axis);
+    answer(s, outcome);
+    if (outcome.error == ERROR_NONE) {
+        text_print(&s->out, "%d parameters changed; 'get all' lists them, 'on' takes them\n", outcome.value);
+    }
+}
+
+/* clang-format off */
+const struct command commands_identify[] = {
+    {"identify", "", "measure the motor, then off; needs the inverter's ratings and i_rated_ma only",
+     .request = drive_identify, .begins = PROGRESS_IDENTIFY},
+    {"identify", " show|use", "what it found, with intervals; or make parameters of what is known",
+     {ARGUMENT_CHOICE}, .run = run_identify_results},
+};
+/* clang-format on */
+
+static void run_learn(struct session *s, const struct arguments *a)
+{
+    answer(s, a->value[1] == 0 ? drive_learn_cogging(s->axis) : drive_learn_hall(s->axis));
+}
+
+/* clang-format off */
+const struct command commands_learn[] = {
+    {"learn", " cogging|hall",
+     "turn slowly both ways and record cogging torque against position; or, while off, the edges of the Hall switches",
+     {ARGUMENT_CHOICE}, .run = run_learn, .begins = PROGRESS_LEARN},
 };
 /* clang-format on */

@@ -22,7 +22,7 @@ static const char *exception_name(uint32_t number)
     }
 }
 
-/* Power-on sets all, and says nothing. */
+/* Power-on sets all bits: nothing to report. */
 static void put_causes(struct text *t, uint32_t causes)
 {
     static const char *const names[] = {"power-on", "System Controller", "System Controller", "software",
@@ -72,7 +72,7 @@ static void run_fault(struct session *s, const struct arguments *unused)
 {
     (void)unused;
     const struct fault_record *const record = &s->axis->faults;
-    postmortem_print(&s->out, s->last_life);
+    postmortem_print(&s->out, s->last_run);
     text_print(&s->out, "fault: %s\n", message_of_fault(record->cause));
     if (record->cause == FAULT_NONE) {
         return;
@@ -80,10 +80,10 @@ static void run_fault(struct session *s, const struct arguments *unused)
     const char *const detail = message_fault_detail(record->cause);
     if (*detail != '\0') {
         text_put(&s->out, "found: ");
-        answer_filled(&s->out, detail, record->detail[0], record->detail[1]);
+        answer_with_values(&s->out, detail, record->detail[0], record->detail[1]);
     }
     text_print(&s->out, "look at: %s\n", message_fault_hint(record->cause));
-    if (!axis_fabric_is_untrusted(s->axis)) { /* else there was nothing to read */
+    if (!axis_fabric_is_untrusted(s->axis)) { /* else nothing was read */
         put_snapshot(&s->out, s->axis);
     }
 }

@@ -54,7 +54,7 @@ static const char *const when_words[] = {"never", "above", "below", "rises", "fa
 static const char *const state_texts[] = {"off", "waits for its trigger", "triggered", "done"};
 static const char *const cause_texts[] = {"", " by the signal", " by a fault", " by command"};
 
-/* ---- what it shows ---- */
+/* ---- state ---- */
 
 static void put_names(struct session *s, const struct signal_choice *choice, const char *between)
 {
@@ -73,7 +73,7 @@ static void put_signals(struct session *s)
     }
 }
 
-/* The words are the operator's: of a signal with the opposite sign, what is below there is above here. */
+/* Words are in the operator's sign: for a signal of opposite sign `below` and `above` are exchanged. */
 static enum capture_when when_turned(enum capture_when when, const struct signal_info *info, const struct axis *a)
 {
     const bool opposite = when != CAPTURE_NEVER && info->turned && axis_forward(a) < 0;
@@ -113,7 +113,7 @@ static void run_scope(struct session *s, const struct arguments *a)
 
 static void put_heading(struct session *s, enum scope_record record, const struct scope_extent *extent)
 {
-    const bool fault = record == SCOPE_FAULT; /* those are one a millisecond, and none is missing */
+    const bool fault = record == SCOPE_FAULT; /* one a millisecond, none missing */
     text_print(&s->out, "samples: %u, trigger: %u, every: %u, a millisecond has: %u, dropped: %u, late: %u\n",
                extent->samples, extent->trigger, fault ? 1u : s->scope->every, fault ? 1u : s->scope->rate_of,
                fault ? 0u : s->scope->torn, fault ? 0u : s->scope->late);
@@ -135,8 +135,8 @@ static void put_sample(struct session *s, enum scope_record record, uint32_t fir
 }
 
 /*
- * A heading, the names, the scales, then a line of raw values per sample. A record overwritten while it is read is cut short:
- * its last line says how many there were.
+ * A heading, the names, the scales, then a line of raw values per sample. A record that is overwritten while being read ends
+ * early: its last line has the number of samples.
  */
 static void print_samples(struct session *s, enum scope_record record)
 {
@@ -155,7 +155,7 @@ static void print_samples(struct session *s, enum scope_record record)
     text_print(&s->out, "end: %u\n", sample);
 }
 
-/* The words of the row, in its order. */
+/* The row's words, in order. */
 enum { LIST, ARM, FIRE, OFF, READ, FAULT };
 
 static void run_scope_do(struct session *s, const struct arguments *a)
@@ -180,7 +180,7 @@ static void run_scope_do(struct session *s, const struct arguments *a)
     }
 }
 
-/* ---- what a capture is to hold ---- */
+/* ---- settings of a capture ---- */
 
 /* "i_q,speed": false after reporting what is wrong. */
 static bool parse_choice(struct session *s, char *names, struct signal_choice *choice)
@@ -194,11 +194,11 @@ static bool parse_choice(struct session *s, char *names, struct signal_choice *c
         const size_t found = signal_find(name, length);
         name[length] = '\0';
         if (found == signal_count) {
-            answer_about(s, name, "no such signal; 'scope list' has them, separate them by commas only");
+            answer_error(s, name, "no such signal; 'scope list' has them, separate them by commas only");
             return false;
         }
         if (choice->count == SIGNALS_MOST) {
-            answer_about(s, name, "is one too many; 8 signals at most");
+            answer_error(s, name, "is one too many; 8 signals at most");
             return false;
         }
         choice->which[choice->count++] = (uint8_t)found;
@@ -220,7 +220,7 @@ static bool read_within(struct session *s, const char *word, uint32_t least, uin
 {
     int32_t number;
     if (!text_parse_int(word, &number)) {
-        answer_about(s, word, "not a whole number");
+        answer_error(s, word, "not a whole number");
         return false;
     }
     if (number < (int32_t)least || number > (int32_t)most) {
@@ -247,7 +247,7 @@ static void run_scope_set(struct session *s, const struct arguments *a)
     } else if (text_equal(a->word[1], "trigger") && text_equal(a->word[2], when_words[CAPTURE_NEVER])) {
         answer(s, outcome_of(scope_set_trigger(s->scope, s->scope->trigger_on, CAPTURE_NEVER, 0)));
     } else {
-        answer_about(s, a->word[1], "not one of signals A,B,..., every TICKS, before SAMPLES, trigger never");
+        answer_error(s, a->word[1], "not one of signals A,B,..., every TICKS, before SAMPLES, trigger never");
     }
 }
 
@@ -260,11 +260,11 @@ static void run_scope_trigger(struct session *s, const struct arguments *a)
     answer(s, outcome_of(scope_set_trigger(s->scope, signal, when_turned(when, info, s->axis), level)));
 }
 
-/* The answer goes out at the old rate; "0" ends the stream, whatever rate follows it. */
+/* The answer is sent at the old rate; "0" ends the stream and ignores the rate. */
 static void run_stream(struct session *s, const struct arguments *a)
 {
     if (!s->machine && a->value[1] != 0) {
-        answer_about(s, "stream", "its frames are not for a terminal; 'machine on' first");
+        answer_error(s, "stream", "its frames are not for a terminal; 'machine on' first");
         return;
     }
     answer(s, OUTCOME_OK);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Parameters, what of them survives power-off, and reactions to faults. */
+/* Parameters, stored settings, and reactions to faults. */
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 
@@ -16,7 +16,7 @@ static const struct {
     {"_unm", "uNm"},     {"_cdeg", "cdeg"},
 };
 
-/* True if a name ends so, and not only consists of it. */
+/* True if `end` is a proper suffix of the name. */
 static bool ends_with(const char *name, const char *end)
 {
     while (*name++ != '\0') {
@@ -79,7 +79,7 @@ static void run_set(struct session *s, const struct arguments *a)
     }
 }
 
-/* ---- what survives power-off ---- */
+/* ---- stored settings ---- */
 
 static void put_save(struct text *t, uint32_t slot, uint32_t number)
 {
@@ -99,7 +99,7 @@ void store_print_damage(struct text *t, const struct slots_view *v)
 static void put_refusal(struct text *t, const struct nvm_report *k)
 {
     text_print(t, "error: settings refused, nothing has changed: %s%s", k->about, k->about[0] != '\0' ? ": " : "");
-    answer_filled(t, message_of_error(k->problem.error), k->problem.value, 0);
+    answer_with_values(t, message_of_error(k->problem.error), k->problem.value, 0);
 }
 
 static void put_differences(struct text *t, const struct nvm_report *k)
@@ -189,7 +189,7 @@ const struct command commands_defaults[] = {
 
 /* ---- reactions to faults ---- */
 
-/* For a fault that leaves a choice: the present choice, and the options. */
+/* For a fault with a choice: the present one, and the options. */
 static void put_reaction(struct session *s, enum fault cause)
 {
     text_print(&s->out, "%s: %s  (", message_of_fault(cause), message_of_reaction(s->axis->reactions.choice[cause]));

@@ -2,7 +2,7 @@
 #include "firmware/operate/commands.h"
 
 /* clang-format off */
-/* commands.c answers them: they are about this table. */
+/* commands.c carries them out. */
 const struct command commands_help[] = {
     {"help", "", "this list", .run = NULL},
     {"help", " TOPIC", "what a command, parameter, fault or the number of a refusal is", {ARGUMENT_TOPIC}, .run = NULL},
@@ -34,7 +34,7 @@ static const struct command_group {
 };
 /* clang-format on */
 
-/* What a build without the feature still knows of its commands. */
+/* Commands that a build without the feature refuses by its name. */
 static const struct {
     const char *name;
     enum feature feature;
@@ -54,7 +54,7 @@ enum feature commands_absent(const char *name)
     return FEATURE_COUNT;
 }
 
-/* The nth row; NULL behind the last, and *n then counts from there. */
+/* The nth row; past the end NULL, and *n is reduced by the number of rows. */
 static const struct command *row_or_rest(uint32_t *n)
 {
     for (size_t group = 0; group < sizeof groups / sizeof groups[0]; group++) {

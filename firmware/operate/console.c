@@ -14,7 +14,7 @@ static struct axis *axis_numbered(const struct console *k, uint32_t axis)
     return AXIS_COUNT == 1u ? k->session.axis : &k->session.axes[axis];
 }
 
-/* Echoes to people only. */
+/* Echo is for people only. */
 static struct text *echo_to(struct console *k)
 {
     return k->session.machine ? NULL : out(k);
@@ -59,7 +59,7 @@ static void finish_line(struct console *k)
     for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
         owner_message(axis_numbered(k, axis), OWNER_CONSOLE);
     }
-    stream_hear(&k->session.stream, k->session.axis->time_ms);
+    stream_keep_alive(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
         text_put(out(k), "\n");
     }
@@ -96,7 +96,7 @@ static bool take_character(struct console *k, char c)
     return false;
 }
 
-/* Between two lines of the user's: starts a new line. */
+/* An event, between two lines of the user. */
 static void announce(struct console *k, uint32_t axis, const char *kind, const char *what, const char *what_next)
 {
     if (!k->session.machine) {
@@ -126,15 +126,15 @@ static void announce_stop(struct console *k, uint32_t axis)
     k->stopped_by[axis] = by;
 }
 
-/* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
+/* Each once, until the drive clears it. By words, because this runs each time the thread wakes. */
 static void announce_warnings(struct console *k, uint32_t axis)
 {
     for (uint32_t word = 0; word < FAULT_WORDS; word++) {
         const uint32_t warnings = axis_numbered(k, axis)->reports.warned[word];
-        uint32_t unsaid = warnings & ~k->warned[axis][word];
+        uint32_t fresh = warnings & ~k->warned[axis][word];
         k->warned[axis][word] = warnings;
-        for (; unsaid != 0u; unsaid &= unsaid - 1u) {
-            const uint32_t cause = word * 32u + (uint32_t)__builtin_ctz(unsaid);
+        for (; fresh != 0u; fresh &= fresh - 1u) {
+            const uint32_t cause = word * 32u + (uint32_t)__builtin_ctz(fresh);
             announce(k, axis, "warning", message_of_fault((enum fault)cause), "");
         }
     }
@@ -142,7 +142,7 @@ static void announce_warnings(struct console *k, uint32_t axis)
 
 static void announce_progress(struct console *k, uint32_t axis)
 {
-    const char *const done = progress_said(&k->session, axis);
+    const char *const done = progress_message(&k->session, axis);
     if (done != NULL) {
         announce(k, axis, "done", done, "");
     }
@@ -159,7 +159,7 @@ void console_start(struct console *k, const struct session *session)
     *k = (struct console){.session = *session};
     text_put(out(k), "\n");
     text_put(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands\n");
-    postmortem_print(out(k), session->last_life);
+    postmortem_print(out(k), session->last_run);
     for (uint32_t axis = 0; axis < AXIS_COUNT && FEATURE_IN(SETTINGS); axis++) {
         print_loaded(k, axis);
     }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The console: characters in, whole lines to commands.h, and reports of events in between.
+ * The console: passes whole lines to commands.h, and reports events between answers.
  *
- * For people it echoes, prompts and helps with typing (line.h, completion.c). For programs (`machine on`) it does none of that:
- * each line, even an empty one, is answered by its lines and a final '.'; an error is a line "error: ..."; what comes between
- * answers begins with "fault: " or "warning: ". A greeting there means that the processor has been reset.
+ * For people it echoes, prompts, edits and completes (line.h, arguments.c). For programs (`machine on`) it does not: each line,
+ * even an empty one, is answered by lines and a final '.'; an error is a line "error: ..."; an event between answers begins
+ * with "fault: ", "warning: " or "done: ". A greeting means that the processor has been reset.
  */
 #ifndef FIRMWARE_OPERATE_CONSOLE_H
 #define FIRMWARE_OPERATE_CONSOLE_H
@@ -25,7 +25,7 @@ struct console {
 /* Greets and prompts. Thread, once, when the axis has started. */
 void console_start(struct console *k, const struct session *session);
 
-/* Takes what has been received, carries out a complete line, and reports a latched fault once. True: call again. Thread. */
+/* Handles received characters, carries out a complete line, and reports events. True: call again. Thread. */
 bool console_poll(struct console *k);
 
 #endif

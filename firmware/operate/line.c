@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/line.h"
 
+#include "firmware/settings/params.h"
+
 #define CTRL(letter) ((letter) - '@')
 #define ESCAPE       0x1B
 #define DELETE       0x7F
@@ -94,7 +96,7 @@ static void recall(struct line *l, uint32_t back, struct text *echo)
     }
 }
 
-/* Where a key moves the cursor to, or erases up to, leftwards; false for another key. */
+/* Where a key moves the cursor to, or erases back to; false for other keys. */
 static bool key_target(const struct line *l, char key, size_t *to)
 {
     switch (key) {
@@ -147,7 +149,7 @@ static enum line_event apply_key(struct line *l, char key, struct text *echo)
     case CTRL('L'):
         return LINE_REDRAW;
     case CTRL('N'):
-        recall(l, l->back - 1u, echo); /* of none it is too large */
+        recall(l, l->back - 1u, echo); /* wraps: too large is ignored */
         break;
     case CTRL('P'):
         recall(l, l->back + 1u, echo);
@@ -162,7 +164,7 @@ static enum line_event apply_key(struct line *l, char key, struct text *echo)
     return LINE_EDITED;
 }
 
-/* The control character that does the same as a key of the terminal; NUL for one that does nothing here. */
+/* The control character equivalent to a terminal key; NUL if there is none. */
 static char key_of(char last, uint32_t argument)
 {
     static const struct {

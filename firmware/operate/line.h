@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The line editor: characters and keys of a VT100 terminal in, a whole line out. Terminal keys come as sequences that begin
- * with ESC (ECMA-48, 5.4); unknown ones are ignored, other control characters spoil the line. Remembers the last lines for
+ * with ESC (ECMA-48, 5.4); unknown ones are ignored; other control characters make the line invalid. Keeps a history for
  * the arrow keys. Thread.
  *
  *   left, right, Home, End; Ctrl-B, -F, -A, -E       move
@@ -24,9 +24,9 @@
 
 enum line_event {
     LINE_EDITED,   /* nothing to do */
-    LINE_ENTERED,  /* text is complete; the caller carries it out, then line_clear() */
-    LINE_DROPPED,  /* Ctrl-C: the caller does line_clear() and prompts */
-    LINE_COMPLETE, /* Tab: the caller may insert what is missing */
+    LINE_ENTERED,  /* text is complete: the caller carries it out, then calls line_clear() */
+    LINE_DROPPED,  /* Ctrl-C: the caller calls line_clear() and prompts */
+    LINE_COMPLETE, /* Tab: the caller completes the word */
     LINE_REDRAW,   /* Ctrl-L: the caller prompts */
 };
 
@@ -36,28 +36,28 @@ struct line {
     char text[LINE_MAX + 1u];
     size_t length, cursor;
     bool too_long;    /* a character did not fit */
-    bool unprintable; /* one was neither printable nor a key */
+    bool unprintable; /* one was neither printable nor an editing key */
     bool last_was_cr;
     enum line_key_state key;
     uint32_t argument; /* of the key's sequence */
     char history[LINE_HISTORY][LINE_MAX + 1u];
-    uint32_t lines; /* ever put into it */
-    uint32_t back;  /* how far before the newest line the display is; 0: a new one */
+    uint32_t lines; /* ever stored in it */
+    uint32_t back;  /* how many lines back the displayed one is; 0: a new line */
 };
 
 /* An empty line; the history stays. */
 void line_clear(struct line *l);
 
-/* Takes a character. Echoes to `echo`; with NULL draws nothing and accepts no keys: they spoil the line. */
+/* Handles a character. Echoes to `echo`; with NULL there is no echo, and editing keys make the line invalid. */
 enum line_event line_take(struct line *l, char c, struct text *echo);
 
-/* Puts a character at the cursor. */
+/* Inserts a character at the cursor. */
 void line_insert(struct line *l, char c, struct text *echo);
 
-/* Draws the line after a prompt, the cursor in its place. */
+/* Draws the line after a prompt, with the cursor at its position. */
 void line_draw(const struct line *l, struct text *echo);
 
-/* Puts a line into the history, before its text is split into words, unless it is empty or the same as the last. */
+/* Stores the line in the history, unless it is empty or the same as the last. Before its text is split into words. */
 void line_remember(struct line *l);
 
 #endif

@@ -53,7 +53,7 @@ static const char *const mode_names[AXIS_MODES] = {
 
 static const char *const fault_names[FAULT_COUNT] = {[FAULT_NONE] = "none", FAULTS(FAULT_NAME)};
 
-/* The nth of texts that stand one behind the other. */
+/* The nth of concatenated strings. */
 static const char *nth(const char *texts, uint32_t n)
 {
     while (n > 0u) {
@@ -124,7 +124,6 @@ const char *message_of_update(enum pwm_update update)
     return update < sizeof names / sizeof names[0] ? names[update] : "unknown";
 }
 
-/* As typed: a command word has no blanks, so '_' stands for one; and no capitals. */
 char message_typed(char c)
 {
     return c == ' ' ? '_' : (c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c);

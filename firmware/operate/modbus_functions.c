@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/modbus_functions.h"
+#include "firmware/operate/modbus.h"
 
 #include "firmware/settings/config.h"
 
@@ -11,8 +11,8 @@
 /*
  * ---- registers ----
  *
- * Functions 3 and 4 see the same. A 32-bit value takes two registers, the high one first, and is read and written as a whole: a
- * request for half of one gets MODBUS_ILLEGAL_ADDRESS.
+ * Functions 3 and 4 read the same registers. A 32-bit value takes two, the high one first, and is read and written as a whole:
+ * a request for half of one gets MODBUS_ILLEGAL_ADDRESS.
  */
 
 static struct object_place object_at(uint32_t at)
@@ -64,10 +64,10 @@ static enum modbus_exception modbus_read(const struct bus_drive *d, uint32_t at,
         put_words(&bytes[2u * done], object_get(&view, &p), words_of(&p));
         done += words_of(&p);
     }
-    return MODBUS_FINE;
+    return MODBUS_OK;
 }
 
-/* Two's complement, of 16 bits what the type says. */
+/* Sign-extended by its type. */
 static int32_t get_value(const uint8_t *bytes, enum object_type type)
 {
     const uint32_t high = ((uint32_t)bytes[0] << 8) | bytes[1];
@@ -79,7 +79,7 @@ static int32_t get_value(const uint8_t *bytes, enum object_type type)
 
 static enum modbus_exception exception_of(enum object_refusal refusal)
 {
-    return refusal == OBJECT_FINE        ? MODBUS_FINE
+    return refusal == OBJECT_OK          ? MODBUS_OK
            : refusal == OBJECT_BAD_STATE ? MODBUS_DEVICE_FAILURE
            : refusal == OBJECT_COMMANDED ? MODBUS_DEVICE_BUSY
                                          : MODBUS_ILLEGAL_VALUE;
@@ -93,27 +93,27 @@ static enum modbus_exception gather_change(struct object_change *c, uint32_t at,
             return MODBUS_ILLEGAL_ADDRESS;
         }
         const enum object_refusal wrong = object_change(c, &p, get_value(&bytes[2u * done], object_type(&p)));
-        if (wrong != OBJECT_FINE) {
+        if (wrong != OBJECT_OK) {
             return exception_of(wrong);
         }
         done += words_of(&p);
     }
-    return MODBUS_FINE;
+    return MODBUS_OK;
 }
 
 /*
- * Checks the values and writes them, all or none. Each value is checked against its range; several parameters also together,
- * as switching on would. Range: 1...123.
+ * Checks the values and writes all or none. Each value is checked against its range; several parameters also for consistency,
+ * as switching on does. Range: 1...123.
  */
 static enum modbus_exception modbus_write(struct bus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes)
 {
     struct object_change change;
     object_begin(&change, d);
     enum modbus_exception wrong = gather_change(&change, at, count, bytes);
-    if (wrong == MODBUS_FINE) {
+    if (wrong == MODBUS_OK) {
         wrong = exception_of(object_commit(&change, d));
     }
-    if (wrong != MODBUS_FINE && wrong != MODBUS_ILLEGAL_ADDRESS) {
+    if (wrong != MODBUS_OK && wrong != MODBUS_ILLEGAL_ADDRESS) {
         object_stop(&change, d);
     }
     return wrong;
@@ -121,7 +121,7 @@ static enum modbus_exception modbus_write(struct bus_drive *d, uint32_t at, uint
 
 /* ---- the functions ---- */
 
-/* What a function works on. */
+/* A request and its reply. */
 struct call {
     struct bus_drive *drive;
     const uint8_t *request;
@@ -179,7 +179,7 @@ static enum modbus_exception write_masked(struct call *c)
 {
     uint8_t now[2];
     const enum modbus_exception wrong = modbus_read(c->drive, word(c, 1), 1, now);
-    if (wrong != MODBUS_FINE) {
+    if (wrong != MODBUS_OK) {
         return wrong;
     }
     for (size_t n = 0; n < 2u; n++) {
@@ -200,16 +200,16 @@ static enum modbus_exception write_and_read(struct call *c)
         return MODBUS_ILLEGAL_VALUE;
     }
     enum modbus_exception wrong = read_into(c, word(c, 1), reads);
-    if (wrong == MODBUS_FINE) {
+    if (wrong == MODBUS_OK) {
         wrong = modbus_write(c->drive, word(c, 5), writes, &c->request[10]);
     }
-    return wrong == MODBUS_FINE ? read_into(c, word(c, 1), reads) : wrong;
+    return wrong == MODBUS_OK ? read_into(c, word(c, 1), reads) : wrong;
 }
 
-/* ---- 43/14: who this is ---- */
+/* ---- 43/14: device identification ---- */
 
 #define OF_IDENTIFICATION 0x0Eu
-#define CONFORMITY        0x82u /* regular identification, as a stream and one by one */
+#define CONFORMITY        0x82u /* regular identification, stream and individual access */
 
 enum { BASIC = 1, REGULAR = 2, EXTENDED = 3, SINGLE = 4 };
 
@@ -238,7 +238,7 @@ static void put_identification(struct call *c, uint32_t object)
     c->replied = end;
 }
 
-/* All fit into one reply: some 90 letters. A stream from a missing object starts at the beginning. */
+/* All fit into one reply: some 90 characters. A stream from a missing object starts at the first. */
 static enum modbus_exception identify(struct call *c)
 {
     const uint32_t what = c->request[2];
@@ -265,10 +265,10 @@ static enum modbus_exception identify(struct call *c)
     for (uint32_t object = first; object < end; object++) {
         put_identification(c, object);
     }
-    return MODBUS_FINE;
+    return MODBUS_OK;
 }
 
-/* ---- all of them ---- */
+/* ---- dispatch ---- */
 
 static const struct function {
     uint8_t code;
@@ -297,7 +297,7 @@ size_t modbus_function(struct bus_drive *d, const uint8_t *request, size_t count
     struct call call = {.drive = d, .request = request, .count = count, .reply = reply};
     const enum modbus_exception wrong = run_function(&call, writes_only);
     reply[0] = request[0];
-    if (wrong != MODBUS_FINE) {
+    if (wrong != MODBUS_OK) {
         reply[0] = request[0] | EXCEPTION;
         reply[1] = (uint8_t)wrong;
         call.replied = 2;

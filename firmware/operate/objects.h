@@ -1,13 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The objects that the buses show besides parameters and reactions, those of CiA 402 (IEC 61800-7-201) and CiA 301 among them:
- * the one table from which firmware, docs/modbus.md, the EDS and tests take addresses, types, units and values.
+ * the one table from which firmware, docs/modbus.md, the EDS and tests take addresses, types, units and values. Then objects
+ * that are other names of parameters, and how the buses read and write all of them.
  */
 #ifndef FIRMWARE_OPERATE_OBJECTS_H
 #define FIRMWARE_OPERATE_OBJECTS_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "firmware/drive/drive.h"
+#include "firmware/operate/cia402.h"
+#include "firmware/settings/params.h"
+#include "firmware/settings/slots.h"
 
 /* clang-format off */
 /*
@@ -115,5 +121,136 @@ extern const struct object_row objects[OBJECT_COUNT];
 #define OBJECTS_DEVICE 0x00020192u /* a servo drive of CiA 402 */
 
 #define MODBUS_MAP_VERSION 1
+
+/* ==== other names of parameters ==== */
+
+/*
+ * Objects of CiA 402 that map to parameters, for masters that write them at boot. Firmware and EDS take them from this table;
+ * docs/can.md has the parameter of each. Written only while the drive is off, as parameters.
+ */
+/* How it follows from parameters. PROFILE_FIXED: always `fixed`; other values are refused. */
+enum profile_how {
+    PROFILE_FIXED,
+    PROFILE_RAMP,      /* ramp_rpm_s; a write also sets profile_rpm_s to it */
+    PROFILE_QUICK,     /* four times that, the deceleration of a quick stop: at most */
+    PROFILE_SPEED,     /* profile_speed_pm of speed_max_rpm */
+    PROFILE_HOME,      /* magnitude of home_rpm */
+    PROFILE_FOLLOWING, /* following_mturn in counts */
+    PROFILE_TORQUE,    /* i_max_ma in 0.1 % of i_rated_ma */
+    PROFILE_CYCLE,     /* cyclic_ms in units of */
+    PROFILE_EXPONENT,  /* this power of 10 seconds, -3 to 0 */
+};
+
+/* Index, subindex, type, access, name, default as in the EDS, how, value if PROFILE_FIXED. */
+/* clang-format off */
+#define PROFILE_OBJECTS(X) \
+    X(0x605A, 0, I16, RW, "Quick stop option code", 2, FIXED, 2) \
+    X(0x605B, 0, I16, RW, "Shutdown option code", 0, FIXED, 0) \
+    X(0x605C, 0, I16, RW, "Disable operation option code", 0, FIXED, 0) \
+    X(0x605D, 0, I16, RW, "Halt option code", 1, FIXED, 1) \
+    X(0x6065, 0, U32, RW, "Following error window", 400, FOLLOWING, 0) \
+    X(0x6072, 0, U16, RW, "Max torque", 1500, TORQUE, 0) \
+    X(0x607D, 0, U8,  RO, "Software position limit: number", 2, FIXED, 2) \
+    X(0x607D, 1, I32, RW, "Min position limit", -2147483648, FIXED, INT32_MIN) \
+    X(0x607D, 2, I32, RW, "Max position limit", 2147483647, FIXED, INT32_MAX) \
+    X(0x6081, 0, U32, RW, "Profile velocity", 3600, SPEED, 0) \
+    X(0x6083, 0, U32, RW, "Profile acceleration", 5000, RAMP, 0) \
+    X(0x6084, 0, U32, RW, "Profile deceleration", 5000, RAMP, 0) \
+    X(0x6085, 0, U32, RW, "Quick stop deceleration", 20000, QUICK, 0) \
+    X(0x6099, 0, U8,  RO, "Homing speeds: number", 2, FIXED, 2) \
+    X(0x6099, 1, U32, RW, "Speed during search for switch", 30, HOME, 0) \
+    X(0x6099, 2, U32, RW, "Speed during search for zero", 30, HOME, 0) \
+    X(0x609A, 0, U32, RW, "Homing acceleration", 5000, RAMP, 0) \
+    X(0x60C2, 0, U8,  RO, "Interpolation time period: number", 2, FIXED, 2) \
+    X(0x60C2, 1, U8,  RW, "Interpolation time period value", 10, CYCLE, 0) \
+    X(0x60C2, 2, I8,  RW, "Interpolation time index", -3, EXPONENT, 0)
+/* clang-format on */
+
+struct profile_object {
+    uint16_t index;
+    uint8_t subindex, type, how; /* enum object_type, enum profile_how */
+    bool writable;
+    int32_t fixed;
+};
+
+extern const struct profile_object profile_objects[];
+extern const uint32_t profile_object_count;
+
+/* ==== reading and writing ==== */
+
+/*
+ * What the buses read and write of a drive: objects, reactions to faults, parameters; each bus maps them to its addresses.
+ * After a refusal nothing has changed, except that a control word that stops has been obeyed. Thread.
+ */
+/* A drive on one bus: each bus has its own control word and targets. */
+struct bus_drive {
+    struct axis *axis;
+    const struct slots *slots; /* where settings are stored */
+    struct cia402 cia402;
+};
+
+enum object_refusal {
+    OBJECT_OK,
+    OBJECT_TOO_LOW,
+    OBJECT_TOO_HIGH,
+    OBJECT_BAD_VALUE,
+    OBJECT_NO_CODE_WORD, /* of store or restore */
+    OBJECT_BAD_STATE,    /* the drive's state does not allow it */
+    OBJECT_COMMANDED,    /* another line commands */
+};
+
+/* One value, by its table and row. */
+struct object_place {
+    enum { PLACE_NONE, PLACE_OBJECT, PLACE_REACTION, PLACE_PARAM, PLACE_PROFILE } kind;
+    uint32_t number; /* enum object_id, enum fault, or row of param_table, of profile_objects */
+};
+
+enum object_type object_type(const struct object_place *p);
+bool object_is_writable(const struct object_place *p);
+
+/* The objects that may be written. */
+struct object_writable {
+    struct cia402_setpoints setpoints;
+    uint32_t source; /* of the angle */
+    uint32_t owner;  /* enum owner */
+    uint32_t store, restore;
+    uint32_t polarity; /* parameter direction: OBJECTS_TURNED, or 0 */
+    int32_t exponent;  /* 0x60C2:2 */
+};
+
+/* Values of one instant. */
+struct object_view {
+    const struct axis *axis;
+    const struct cia402 *cia402;
+    struct drive_status now;
+    struct object_writable writable;
+};
+
+struct object_view object_view(const struct bus_drive *d);
+
+/* In the unit of the table; 32 bits of it. */
+uint32_t object_get(const struct object_view *v, const struct object_place *p);
+
+/* The drive's values after a write; applied only when all of them have been checked. */
+struct object_change {
+    struct params params;
+    uint8_t choice[FAULT_COUNT];
+    uint32_t params_changed, choices_changed;
+    struct outcome absent; /* a feature one of them needs that is not in the build */
+    struct object_writable writable;
+    uint32_t setpoints; /* those written: a bit for each, by enum object_id */
+};
+
+/*
+ * A write is a transaction: object_begin(), object_change() for each value, which checks its range, and object_commit(), which
+ * also checks several parameters for consistency, as switching on does. object_check() only checks.
+ */
+void object_begin(struct object_change *c, const struct bus_drive *d);
+enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value);
+enum object_refusal object_check(const struct object_change *c, struct bus_drive *d);
+enum object_refusal object_commit(struct object_change *c, struct bus_drive *d);
+
+/* After a refused write: a control word in it that only stops is obeyed nevertheless. */
+void object_stop(const struct object_change *c, struct bus_drive *d);
 
 #endif

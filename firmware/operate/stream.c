@@ -6,9 +6,9 @@
 
 /* ---- a frame ---- */
 
-#define PLAIN_MOST (3u + 5u * FRAME_VALUES_MOST + 2u)
+#define PLAIN_MAX (3u + 5u * FRAME_VALUES_MOST + 2u)
 
-_Static_assert(PLAIN_MOST < 254u, "COBS: one byte more, however many zeros");
+_Static_assert(PLAIN_MAX < 254u, "COBS: one byte more, however many zeros");
 
 static uint8_t *put_varint(uint8_t *to, int32_t value)
 {
@@ -21,7 +21,7 @@ static uint8_t *put_varint(uint8_t *to, int32_t value)
     return to;
 }
 
-/* Each zero becomes the distance to the next one, the first distance stands in front. */
+/* COBS: each zero is replaced by the distance to the next one; the first distance leads. */
 static uint8_t *put_stuffed(uint8_t *to, const uint8_t *plain, uint32_t count)
 {
     uint8_t *distance = to++;
@@ -40,7 +40,7 @@ static uint8_t *put_stuffed(uint8_t *to, const uint8_t *plain, uint32_t count)
 
 uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint32_t count)
 {
-    uint8_t plain[PLAIN_MOST];
+    uint8_t plain[PLAIN_MAX];
     uint8_t *end = plain;
     *end++ = (uint8_t)(FRAME_SAMPLE + count);
     *end++ = (uint8_t)number;
@@ -67,7 +67,7 @@ _Static_assert(FRAME_VALUES_MOST == SIGNALS_MOST, "a frame holds a sample");
 void stream_begin(struct stream *s, const struct scope *scope, uint32_t every_ms, uint32_t baud)
 {
     s->next = scope->recorder.count;
-    s->heard_ms = scope->axis->time_ms;
+    s->last_line_ms = scope->axis->time_ms;
     s->every_ms = every_ms;
     s->baud = baud;
 }
@@ -80,7 +80,7 @@ void stream_end(struct stream *s)
     }
 }
 
-/* After all pending output. */
+/* When all pending output has been sent. */
 static void change_rate(struct stream *s, struct text *out)
 {
     const uint32_t begin_ms = *out->idle->time_ms;
@@ -108,7 +108,7 @@ static void send_new(struct stream *s, struct text *out, const struct scope *sco
     int32_t values[SIGNALS_MOST];
     const uint32_t now = scope->recorder.count;
     if ((int32_t)(now - s->next) > (int32_t)RECORDER_SAMPLES) {
-        s->next = now - 1u; /* the thread was away for longer than the recorder remembers */
+        s->next = now - 1u; /* the thread was delayed for longer than the recorder stores */
     }
     for (; (int32_t)(now - s->next) > 0; s->next += s->every_ms) {
         if (recorder_get(&scope->recorder, s->next, scope->choice.count, values)) {
@@ -119,7 +119,7 @@ static void send_new(struct stream *s, struct text *out, const struct scope *sco
 
 void stream_poll(struct stream *s, struct text *out, const struct scope *scope)
 {
-    const int32_t silent_ms = (int32_t)(scope->axis->time_ms - s->heard_ms); /* two axes' clocks: -1, too */
+    const int32_t silent_ms = (int32_t)(scope->axis->time_ms - s->last_line_ms); /* two axes' clocks: may be -1 */
     if (s->every_ms != 0u && silent_ms > (int32_t)STREAM_SILENCE_MS) {
         stream_end(s);
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The console's machine-readable mode: frames of the scope's signals between the text. One line carries both, commands work as
- * usual, and a terminal shows the frames as noise. It ends by itself when no line has come for STREAM_SILENCE_MS: an empty line
+ * The console's machine-readable stream: frames of the scope's signals between the text, on the same line; commands work as
+ * usual, and a terminal shows the frames as noise. It ends when no line has been received for STREAM_SILENCE_MS: an empty line
  * keeps it alive.
  */
 #ifndef FIRMWARE_OPERATE_STREAM_H
@@ -16,7 +16,7 @@
 /* ---- a frame ---- */
 
 /*
- * A sample as bytes for a serial line, checked, and never mistaken for text:
+ * A sample as bytes for a serial line, with a check sum, and never mistaken for text:
  *
  *   0x01, then COBS of: kind, number (2 bytes), values, CRC (2 bytes); then 0x00
  *
@@ -39,10 +39,10 @@ uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint3
 /* ---- frames on the line ---- */
 
 struct stream {
-    uint32_t every_ms; /* 0: off */
-    uint32_t next;     /* number of the recorder's sample to send next */
-    uint32_t heard_ms; /* when a line last came */
-    uint32_t baud;     /* the line's rate from the next poll on; 0: unchanged */
+    uint32_t every_ms;     /* 0: off */
+    uint32_t next;         /* number of the recorder's sample to send next */
+    uint32_t last_line_ms; /* when a line was last received */
+    uint32_t baud;         /* the line's rate from the next poll on; 0: unchanged */
 };
 
 /* Starts with the next sample, every `every_ms`; the line's rate changes to `baud` after the present answer. Thread. */
@@ -51,15 +51,15 @@ void stream_begin(struct stream *s, const struct scope *scope, uint32_t every_ms
 /* Ends it; the console's own rate is back after the present answer. Thread. */
 void stream_end(struct stream *s);
 
-/* A line has come. Thread. */
-static inline void stream_hear(struct stream *s, uint32_t now_ms)
+/* A line has been received. Thread. */
+static inline void stream_keep_alive(struct stream *s, uint32_t now_ms)
 {
-    s->heard_ms = now_ms;
+    s->last_line_ms = now_ms;
 }
 
 /*
- * Sends what has been recorded since the last time, as far as there is room: skips what does not fit, whole frames at a time,
- * which shows in the frame numbers. Waits only when the rate changes, until all has been sent. Thread.
+ * Sends what has been recorded since the last call. Frames that do not fit into the buffer are skipped, which shows in their
+ * numbers. Waits only when the rate changes, until the buffer is empty. Thread.
  */
 void stream_poll(struct stream *s, struct text *out, const struct scope *scope);
 

@@ -9,7 +9,7 @@
 #include "firmware/operate/modbus.h"
 #include "firmware/settings/features.h"
 
-#define PATIENCE_MS 20u /* a working transmitter makes room every 1.4 ms */
+#define STALL_MS 20u /* a working transmitter frees space every 1.4 ms */
 
 static void serve_buses(struct text *t)
 {
@@ -21,15 +21,15 @@ static void serve_buses(struct text *t)
     }
 }
 
-void text_take_turn(struct text *t)
+void text_yield(struct text *t)
 {
     serve_buses(t);
     idle_serve_watchdog(t->idle);
 }
 
 /*
- * Waits for room, but no longer than a live transmitter takes. Serves the watchdog when room has come, not before: waiting is
- * no sign of life.
+ * Waits for room, but no longer than a working transmitter takes. Serves the watchdog only after success: waiting is not
+ * progress.
  */
 static bool wait_for_room(struct text *t)
 {
@@ -38,7 +38,7 @@ static bool wait_for_room(struct text *t)
     }
     const uint32_t since_ms = *t->idle->time_ms;
     while (mmuart_free_space(t->uart) == 0u) {
-        if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
+        if (t->given_up || *t->idle->time_ms - since_ms > STALL_MS) {
             return false;
         }
         serve_buses(t);
@@ -83,7 +83,7 @@ static void put_or_end_line(struct text *t, char c)
     }
     text_put_char(t, c);
     if (c == '\n') {
-        text_take_turn(t); /* nobody waits while the buffer fills, nor where the transmitter has been given up */
+        text_yield(t); /* output that need not wait does not serve them */
     }
 }
 
@@ -94,7 +94,7 @@ void text_put(struct text *t, const char *s)
     }
 }
 
-/* A point comes before the last `decimals` digits. 64-bit divisions take long: only where the value needs them. */
+/* With a point before the last `decimals` digits. 64-bit divisions are slow: only for values that need them. */
 static void put_number(struct text *t, uint64_t value, uint32_t decimals)
 {
     char digits[20]; /* of 64 bits */
@@ -128,7 +128,7 @@ static void put_hex(struct text *t, uint32_t value)
     }
 }
 
-/* Prints the next argument as the text after '%' says; returns the end of that. */
+/* Prints the next argument by the conversion after '%'; returns the end of that. */
 static const char *put_argument(struct text *t, const char *how, va_list *arguments)
 {
     const uint32_t decimals = *how == '.' ? 3u : 0u;
@@ -167,24 +167,6 @@ void text_print(struct text *t, const char *format, ...)
         }
     }
     va_end(arguments);
-}
-
-size_t text_length(const char *s)
-{
-    size_t length = 0;
-    while (s[length] != '\0') {
-        length++;
-    }
-    return length;
-}
-
-bool text_equal(const char *a, const char *b)
-{
-    while (*a != '\0' && *a == *b) {
-        a++;
-        b++;
-    }
-    return *a == *b;
 }
 
 /* Adds a digit to a magnitude; false when it would leave 0...INT32_MAX. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Text to and from the console: numbers are integers or thousandths, because there is no floating point here. */
+/* Text to and from the console. Numbers are integers or thousandths: there is no floating point. */
 #ifndef FIRMWARE_OPERATE_TEXT_H
 #define FIRMWARE_OPERATE_TEXT_H
 
@@ -15,14 +15,14 @@ struct canopen;
 
 struct text {
     struct mmuart *uart;
-    struct idle *idle;   /* its clock for waiting, and the watchdog's service */
+    struct idle *idle;   /* clock for timeouts, and the watchdog's service */
     struct modbus *bus;  /* served while output waits, and after each line; NULL: none */
     struct canopen *can; /* likewise */
-    bool given_up;       /* no room for too long: do not wait until there is some */
+    bool given_up;       /* timed out: do not wait again until there is room */
     bool lost;           /* output has been dropped; cleared once reported */
 };
 
-/* The compiler of the tests checks the arguments: on the target int32_t is long, which it would refuse as %d. */
+/* Format check in host builds only: on the target int32_t is long, which GCC refuses as %d. */
 #ifdef __arm__
 #define TEXT_CHECKED
 #else
@@ -30,10 +30,10 @@ struct text {
 #endif
 
 /*
- * Output sleeps until there is room in the transmit buffer. After 20 ms without room the transmitter counts as dead: from then
- * on output is dropped without waiting, until there is room again. Thread only.
+ * Output waits for room in the transmit buffer. After 20 ms without room the transmitter counts as dead: output is then dropped
+ * without waiting, until there is room again. Thread only.
  *
- * A '\n' ends the line: as CR LF, and the bus is served.
+ * A '\n' is sent as CR LF, and the buses are served.
  */
 void text_put(struct text *t, const char *s);
 void text_put_char(struct text *t, char c);
@@ -44,13 +44,8 @@ void text_put_char(struct text *t, char c);
  */
 void text_print(struct text *t, const char *format, ...) TEXT_CHECKED;
 
-/* Serves buses and watchdog: between two parts of what takes longer than a request may wait, 1 ms. Thread. */
-void text_take_turn(struct text *t);
-
-size_t text_length(const char *s);
-
-/* True if two strings are equal. */
-bool text_equal(const char *a, const char *b);
+/* Serves buses and watchdog: call it within work that takes longer than 1 ms, which a request may wait. Thread. */
+void text_yield(struct text *t);
 
 /*
  * Reads a whole number, or one with up to three decimals as thousandths. False, with *value untouched, unless all of `s` is a

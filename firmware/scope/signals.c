@@ -127,11 +127,7 @@ struct signal_choice signal_default(void)
                                                     "speed", "speed_ref", "v_q",     "angle"};
     struct signal_choice choice = {.count = SIGNALS_MOST};
     for (size_t i = 0; i < SIGNALS_MOST; i++) {
-        size_t length = 0;
-        while (names[i][length] != '\0') {
-            length++;
-        }
-        choice.which[i] = (uint8_t)signal_find(names[i], length);
+        choice.which[i] = (uint8_t)signal_find(names[i], text_length(names[i]));
     }
     return choice;
 }

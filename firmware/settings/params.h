@@ -8,6 +8,7 @@
 #ifndef FIRMWARE_SETTINGS_PARAMS_H
 #define FIRMWARE_SETTINGS_PARAMS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -211,6 +212,11 @@ int32_t param_get(const struct params *p, const struct param_info *info);
 
 /* The caller must check the range and that the bridge is off. */
 void param_set(struct params *p, const struct param_info *info, int32_t value);
+
+/* True if two strings are equal. Any context. */
+bool text_equal(const char *a, const char *b);
+
+size_t text_length(const char *s);
 
 /* ==== sources of the angle ==== */
 

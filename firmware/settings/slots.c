@@ -2,6 +2,7 @@
 #include "firmware/settings/slots.h"
 
 #include "firmware/settings/crc.h"
+#include "firmware/settings/params.h"
 
 /* The head, in words; the rest of its page is zero. Its CRC starts at the second word. */
 enum head {
@@ -154,28 +155,10 @@ int32_t record_word(const struct record *r, uint32_t place)
     return (int32_t)(b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24);
 }
 
-uint32_t record_name_bytes(const char *name)
-{
-    uint32_t bytes = 0;
-    while (name[bytes] != '\0') {
-        bytes++;
-    }
-    return bytes;
-}
-
 void record_head(uint8_t head[RECORD_HEAD_BYTES], uint32_t kind, const char *name, uint32_t value_bytes)
 {
     head[0] = (uint8_t)kind;
-    head[1] = (uint8_t)record_name_bytes(name);
+    head[1] = (uint8_t)text_length(name);
     head[2] = (uint8_t)value_bytes;
     head[3] = (uint8_t)(value_bytes >> 8);
-}
-
-bool record_name_is(const char *a, const char *b)
-{
-    while (*a != '\0' && *a == *b) {
-        a++;
-        b++;
-    }
-    return *a == *b;
 }

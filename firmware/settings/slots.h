@@ -125,9 +125,4 @@ int32_t record_word(const struct record *r, uint32_t place);
 /* The head of a record. */
 void record_head(uint8_t head[RECORD_HEAD_BYTES], uint32_t kind, const char *name, uint32_t value_bytes);
 
-uint32_t record_name_bytes(const char *name);
-
-/* True if two names are the same. */
-bool record_name_is(const char *a, const char *b);
-
 #endif

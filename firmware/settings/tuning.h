@@ -114,7 +114,7 @@ struct tuning {
     int32_t encoder_counts;
     int32_t travel_per_count_q12;  /* rpm Q15 times milliseconds per 256th of a count */
     int32_t counts_per_travel_q16; /* the inverse, to 65536ths of a count */
-    /* speed loop: its current is the torque of torque_map.h */
+    /* speed loop: its current is the torque of mtpa.h */
     int32_t i_max_q15;
     int32_t radius_steps;     /* of the voltage circle: the modulator's, or overmodulation's in field weakening */
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */

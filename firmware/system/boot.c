@@ -97,7 +97,7 @@ static bool fabric_answers(const struct fabric *fabric)
 }
 
 /* Power-on sets the bit of every cause, whatever happened before. */
-static enum fault fault_of_last_life(const struct postmortem *last)
+static enum fault fault_of_last_run(const struct postmortem *last)
 {
     if ((last->reset_causes & SYSREG_CAUSE_POWER_ON) != 0u) {
         return FAULT_NONE;
@@ -121,7 +121,7 @@ enum fault boot_check(const struct fabric *fabric, struct postmortem *last)
 {
     *last = postmortem_collect();
     last->reset_causes = sysreg_reset_cause();
-    const enum fault past = fault_of_last_life(last);
+    const enum fault past = fault_of_last_run(last);
     const enum fault present = device_fault();
     if (present == FAULT_CLOCK) {
         return present;

@@ -7,9 +7,7 @@ import re
 import sys
 from pathlib import Path
 
-from cause_rows import faults
-from object_rows import objects
-from param_rows import param_rows, texts
+from rows import faults, objects, param_rows, texts
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -103,7 +101,7 @@ def own_objects():
         found[PARAMS + number, 0] = entry(name, "I32", "rw", initial, low=least, high=most)
     for name, row in faults(ROOT).items():
         found[REACTIONS + row.number, 0] = entry(f"reaction to {name.lower()}", "U16", "rw")
-    for index, sub, kind, access, name, first, _ in BUS.findall(text_of("firmware/operate/profile_objects.h")):
+    for index, sub, kind, access, name, first, _ in BUS.findall(text_of("firmware/operate/objects.h")):
         found[int(index, 16), int(sub)] = entry(name, kind, access.lower(), first)
     return found
 

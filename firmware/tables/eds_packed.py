@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The drive's electronic data sheet for its image: packed, as firmware/operate/data_sheet.h says.
+"""The drive's electronic data sheet for its image: packed, as firmware/operate/canopen.h says.
 
 usage: eds_packed.py HEADER AXES
 """

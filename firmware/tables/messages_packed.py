@@ -7,8 +7,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from cause_rows import faults, refusals
-from param_rows import texts
+from rows import faults, refusals, texts
 
 FIRST, PAIRS, MOST_WAITING = 0x80, 128, 3
 APART = "\0@#$&"  # what ends a text, and what stands for a value: never inside a pair

@@ -5,4 +5,4 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu/client"), str(ROOT / "firmware/tables")]  # the package mssfoc; cause_rows
+sys.path[:0] = [str(ROOT / "qemu/client"), str(ROOT / "firmware/tables")]  # the package mssfoc; rows

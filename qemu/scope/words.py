@@ -2,7 +2,7 @@
 """What the page says of parameters and of identify: from the firmware's sources, and the groups, which only people need."""
 import re
 
-from cause_rows import faults
+from rows import faults
 from launcher.paths import REPO
 
 from . import limit

@@ -17,8 +17,7 @@ static struct torque_builder builder;
 static bool part_follows;
 static struct idle rest = {.time_ms = &axes[0].time_ms};
 static struct postmortem no_record;
-static struct session session = {
-    .out = {.uart = &print_uart, .idle = &rest}, .axis = &axes[0], .last_life = &no_record};
+static struct session session = {.out = {.uart = &print_uart, .idle = &rest}, .axis = &axes[0], .last_run = &no_record};
 
 TIMING_FUNCTION(time_fault, fault_raise(&axes[0], FAULT_OVERCURRENT))
 TIMING_FUNCTION(time_command, commands_execute(&session, line))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from launcher.qemu import progress_s
 
-from param_rows import param_rows
+from rows import param_rows
 
 SHOWN_PORT = "/dev/ttyUSB0"
 COMMON = "mbpoll -m rtu -a 1 -b 19200 -P even -0 -1 -o 5"
@@ -64,7 +64,7 @@ def steps():
 
 
 def fault(name):
-    from cause_rows import faults
+    from rows import faults
     return faults()[name].number
 
 

@@ -12,7 +12,7 @@ from closed_loop import live
 from closed_loop.client_venv import installed_in
 from closed_loop.live import free_port, live_everything
 from rigs.firmware import ROOT
-from param_rows import param_rows
+from rows import param_rows
 
 PAGE = (ROOT / "docs/client.md").read_text(encoding="utf-8")
 PLC = re.search(r"```iecst\n(.*?)```", (ROOT / "docs/modbus.md").read_text(encoding="utf-8"), re.S).group(1)

@@ -171,8 +171,7 @@ def run_and_fall_silent(tmp_path, reaction):
 
 
 def places():
-    from param_rows import param_rows
-    from cause_rows import faults
+    from rows import faults, param_rows
     return list(param_rows()).index("command_timeout_ms"), faults()["COMMAND_TIMEOUT"].number
 
 

@@ -14,7 +14,7 @@ from rates.builds import OWN_HZ, build_of
 
 from closed_loop.bus import load_bus
 from rigs.modbus_line import PARAM_BASE, read
-from param_rows import param_rows
+from rows import param_rows
 
 FIRST, SECOND = "teknic_m2310p", "maxon_ec22"
 LINES = 500

@@ -250,7 +250,7 @@ size_t explore_key(uint8_t *key)
 {
     const struct cia402 *const c = &world.bus;
     size_t n = key_of_drive(key);
-    PUT(c->stage | c->word_due << 2 | c->target_due << 3 | c->course << 4 | c->source_due << 6 |
+    PUT(c->stage | c->word_due << 2 | c->target_due << 3 | c->authority << 4 | c->source_due << 6 |
         (c->faults != a->faults.count) << 7);
     PUT(a->owner.who | world.gone << 2 | (a->owner.who != OWNER_NONE && supervision_is_silent(a)) << 3);
     PUT(c->word_before);

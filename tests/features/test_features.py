@@ -11,7 +11,7 @@ from features.builds import FEATURES, MINIMAL, ROOT, build, image_bytes, without
 from rigs.steps import send
 from rigs.modbus_line import PARAM_BASE, long, read, write, write_one
 from rigs.verdicts import verdicts
-from cause_rows import refusals as refusal_rows
+from rows import refusals as refusal_rows
 
 FLASH_MOST, RAM_MOST = 103 * 1024, 25_800  # 5 KB of RAM are the sine table: the cache, locked, has no room for it
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}

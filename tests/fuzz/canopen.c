@@ -5,8 +5,8 @@
  * nothing is sent for it; a request by SDO has one answer, and what is refused changes nothing; process data changes set-points
  * alone; layer setting changes nothing of a drive that is on, and of another the line alone.
  */
+#include "firmware/operate/canopen.h"
 #include "drive.h"
-#include "firmware/operate/canopen_parts.h"
 #include "tests/unit/host/can.h"
 
 #define NODE      5

@@ -31,7 +31,7 @@ static void begin(bool on)
 {
     static struct mmuart uart;
     static struct idle idle;
-    static struct postmortem last_life;
+    static struct postmortem last_run;
     static struct nvm_report kept;
     begin_drive(on);
     memset(&scope, 0, sizeof scope);
@@ -44,7 +44,7 @@ static void begin(bool on)
                                     .axes = &axis,
                                     .axis = &axis,
                                     .scope = &scope,
-                                    .last_life = &last_life,
+                                    .last_run = &last_run,
                                     .slots = &slots,
                                     .loaded = &kept};
     host_said_bytes = host_heard_bytes = host_heard_taken = 0;

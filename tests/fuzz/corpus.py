@@ -6,9 +6,7 @@ import struct
 from pathlib import Path
 
 from rigs.settings import MARK, PAGE, number, record, slot
-from object_rows import REACTIONS, objects
-from object_rows import PARAMS as PARAMS_AT
-from param_rows import param_rows
+from rows import PARAMS as PARAMS_AT, REACTIONS, objects, param_rows
 
 ROOT = Path(__file__).resolve().parents[2]
 PARAMS = param_rows()

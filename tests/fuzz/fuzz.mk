@@ -26,7 +26,7 @@ $(BUILD)/fuzz/%.o: %.c tests/fuzz/fuzz.mk
 	$(call say,CLANG)
 	$(Q)clang $(FUZZ_CFLAGS) -MMD -MP -c $< -o $@
 
-$(BUILD)/fuzz/firmware/operate/data_sheet.o: $(BUILD)/packed/1/data_sheet_text.h
+$(BUILD)/fuzz/firmware/operate/canopen_sdo.o: $(BUILD)/packed/1/data_sheet_text.h
 $(BUILD)/fuzz/firmware/operate/messages.o: $(BUILD)/packed/1/message_texts.h
 
 -include $(shell find $(BUILD)/fuzz -name '*.d' 2>/dev/null)

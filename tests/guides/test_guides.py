@@ -6,7 +6,7 @@ import pytest
 
 from guides.transcript import ROOT, same, sessions
 from rigs.guide_pages import ELSEWHERE, GUIDES, lines, shell, stale
-from cause_rows import faults, refusals
+from rows import faults, refusals
 
 
 @pytest.mark.parametrize("line", sorted(ELSEWHERE & set(lines())))

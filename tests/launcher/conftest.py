@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from param_rows import param_rows
+from rows import param_rows
 
 WATCHED = """
 #include <stdint.h>

@@ -19,7 +19,7 @@ from launcher.paths import REPO as ROOT
 from browser import CAPACITY, browsed, served
 from rigs.modbus_line import write_one
 from rigs.mdf import Mdf
-from cause_rows import faults
+from rows import faults
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from browser import browsed, served
 
 from scope import words
-from param_rows import param_rows, remarks, texts
+from rows import param_rows, remarks, texts
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from mssfoc.modbus import ModbusLine
 
 from rigs.firmware import ROOT
 from tools.client import register_list
-from param_rows import param_rows
+from rows import param_rows
 
 COUNT = len(param_rows(ROOT))
 STATUS = "state: operation enabled\nspeed: 0 rpm\nmode: pp, position: 7\ncurrent: d 0.0 A, q 0.0 A\nbus: 24.0 V\n"

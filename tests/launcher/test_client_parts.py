@@ -14,7 +14,7 @@ from mssfoc.watch import NAME as TIMEOUT
 
 from rigs.firmware import ROOT
 from tools.client import register_list
-from param_rows import param_rows
+from rows import param_rows
 
 COUNT = len(param_rows(ROOT))
 

@@ -24,7 +24,7 @@ from launcher.params import Range, check_ranges
 from launcher.parts import is_part, parse
 from launcher.paths import INVERTERS
 from launcher.scenario import load_scenario
-from param_rows import param_rows
+from rows import param_rows
 
 PERIOD_S = 50e-6
 SOME = range(1, 121)

@@ -17,7 +17,7 @@ from launcher.probes import Symbols
 from launcher.saturation import SHORT, Saturation, from_losses
 from launcher.schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, SECTIONS
 from launcher.spread import share
-from param_rows import param_rows
+from rows import param_rows
 from tools.saturated import fluxes, jacobian
 
 MOTOR = "teknic_m2310p"

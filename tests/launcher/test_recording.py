@@ -13,7 +13,7 @@ from mssfoc.capture import Capture
 
 from scope import words
 
-from cause_rows import faults
+from rows import faults
 from rigs.mdf import Mdf
 
 T_S = np.arange(300) / 20000 - 0.005

@@ -3,8 +3,7 @@
 import ctypes
 
 from rigs.drive import at_rest
-from object_rows import objects
-from param_rows import param_rows
+from rows import objects, param_rows
 
 SLOTS_BYTES = 2 * 4096  # of one axis; a further one's stand in front of the first's
 # {name: (register, index in CANopen or 0, bytes, writable)}

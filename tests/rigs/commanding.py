@@ -46,10 +46,10 @@ class Commanding(Keyboard):
                                                            c.structs["modbus"]())
         c.canopen_start(self.canopen, self.can, axes, slots)
         c.modbus_start(self.modbus, self.rs485, axes, slots)
-        self.last_life, self.console, session = c.postmortem(), c.console(), c.session()
+        self.last_run, self.console, session = c.postmortem(), c.console(), c.session()
         self.kept = c.nvm_report()
-        session.axis, session.axes, session.last_life = (ctypes.pointer(self.axis), ctypes.pointer(self.axis),
-                                                         ctypes.pointer(self.last_life))
+        session.axis, session.axes, session.last_run = (ctypes.pointer(self.axis), ctypes.pointer(self.axis),
+                                                         ctypes.pointer(self.last_run))
         session.slots, session.loaded = slots, ctypes.pointer(self.kept)
         c.console_start(self.console, session)
         self.heard()

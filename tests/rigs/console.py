@@ -40,10 +40,10 @@ class Operator(Rig, Keyboard):
 
     def __init__(self, c):
         super().__init__(c, i_range_ma=I_RANGE_MA, v_range_mv=V_RANGE_MV)
-        self.last_life, self.console, session = c.postmortem(), c.console(), c.session()
+        self.last_run, self.console, session = c.postmortem(), c.console(), c.session()
         c.host_envm_new(self.axis, 8e-3, 1)
         self.slots, self.kept = c.host_slots(), c.nvm_report()
-        session.axis, session.last_life = ctypes.pointer(self.axis), ctypes.pointer(self.last_life)
+        session.axis, session.last_run = ctypes.pointer(self.axis), ctypes.pointer(self.last_run)
         session.slots, session.loaded = ctypes.pointer(self.slots), ctypes.pointer(self.kept)
         c.host_heard_bytes.value = c.host_heard_taken.value = c.host_said_bytes.value = 0
         c.console_start(self.console, session)

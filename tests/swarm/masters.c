@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include <string.h>
 
-#include "firmware/operate/canopen_parts.h"
+#include "firmware/operate/canopen.h"
 #include "firmware/settings/crc.h"
 #include "swarm.h"
 

@@ -229,7 +229,7 @@ static void boot(void)
                   &(struct session){.out = {.uart = &uart, .idle = &rest, .bus = &world.modbus, .can = &world.canopen},
                                     .axes = world.axes,
                                     .axis = &world.axes[0],
-                                    .last_life = &no_life,
+                                    .last_run = &no_life,
                                     .slots = slots,
                                     .loaded = loaded});
     host_said_bytes = 0u;

@@ -12,10 +12,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 
-from cause_rows import faults, refusals  # noqa: E402
+from rows import PARAMS, REACTIONS, faults, objects, param_rows, reactions, refusals, texts  # noqa: E402
 from eds import AXIS  # noqa: E402
-from object_rows import PARAMS, REACTIONS, objects, reactions  # noqa: E402
-from param_rows import param_rows, texts  # noqa: E402
 from reference_page import unit_of  # noqa: E402
 
 CLIENT = ROOT / "qemu" / "client"

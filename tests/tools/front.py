@@ -15,7 +15,7 @@ from launcher.data import INVERTERS, MOTORS, available, read_toml  # noqa: E402
 from launcher.rules import LARGEST_HZ  # noqa: E402
 
 from pages import replace_block  # noqa: E402
-from param_rows import param_rows  # noqa: E402
+from rows import param_rows  # noqa: E402
 
 
 def found(pattern, path):

@@ -10,9 +10,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / folder) for folder in ("qemu", "tests", "tests/tools", "firmware/tables", "linker/bounds")]
 
-from object_rows import PARAMS, REACTIONS, objects, reactions  # noqa: E402
+from rows import PARAMS, REACTIONS, objects, param_rows, reactions, texts  # noqa: E402
 from pages import replace_block  # noqa: E402
-from param_rows import param_rows, texts  # noqa: E402
 
 PAGE = ROOT / "docs" / "modbus.md"
 

@@ -10,9 +10,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests/tools"), str(ROOT / "firmware/tables"), str(ROOT / "linker/bounds")]
 
-from cause_rows import STRING, faults, refusals  # noqa: E402
+from rows import STRING, faults, param_rows, refusals, remarks, texts  # noqa: E402
 from pages import replace_block  # noqa: E402
-from param_rows import param_rows, remarks, texts  # noqa: E402
 from scope.words import GROUP_OF, GROUPS, OTHERS  # noqa: E402
 
 PAGE = ROOT / "docs" / "reference.md"

@@ -15,7 +15,7 @@ import pytest
 
 from rigs.page_links import anchors, distances, links
 from tools import dist
-from param_rows import param_rows
+from rows import param_rows
 
 BUILD = Path(os.environ.get("BUILD", "build"))
 WHEN = 1700000000

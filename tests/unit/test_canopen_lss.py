@@ -364,7 +364,7 @@ def test_its_heartbeat_is_not_missed_meanwhile(node):
     node.to(CONFIGURATION)
     node.lss(ACTIVATE, 100, pack="<BH")
     node.wait(202)
-    assert not node.canopen.trouble and node.wait(20) == []
+    assert not node.canopen.comm_errors and node.wait(20) == []
     assert [identifier for _, identifier, _ in node.wait(20)] == [0x80 + NODE], "from then on it is"
 
 

@@ -165,13 +165,13 @@ def died(life):
 
 
 def test_registers_of_the_last_life(operator):
-    died(operator.last_life)
+    died(operator.last_run)
     assert operator("fault") == [
         "processor exception before the last reset: bus fault (5)", "  pc 0x77777777 lr 0x66666666 xpsr 0x88888888",
         "  r0 0x11111111 r1 0x22222222 r2 0x33333333 r3 0x44444444 r12 0x55555555",
         "  cfsr 0x000000a0 hfsr 0x000000b1 mmfar 0x000000c2 bfar 0x000000d3 exc_return 0xfffffff9 edac 0x000000e4",
         "fault: none"]
-    operator.last_life.frame_valid = False
+    operator.last_run.frame_valid = False
     assert operator("fault")[1] == "  no frame: the stack was not usable"
 
 
@@ -181,8 +181,8 @@ def test_registers_of_the_last_life(operator):
     (16 + 29, "a memory error that cannot be corrected"), (16 + 30, "unexpected interrupt"),
     (16 + 8, "a block was put back into reset: traffic on FIC_0, or the design")])
 def test_names_of_exceptions(operator, number, name):
-    died(operator.last_life)
-    operator.last_life.exception = number
+    died(operator.last_run)
+    operator.last_run.exception = number
     assert operator("fault")[0] == f"processor exception before the last reset: {name} ({number})"
 
 
@@ -190,7 +190,7 @@ def test_names_of_exceptions(operator, number, name):
     (0, []), (0xFF, []), (1, []), (2, ["System Controller"]), (4, ["System Controller"]), (8, ["software"]), (16, ["lock-up"]),
     (32, ["watchdog"]), (64, ["the design"]), (128, ["the design"]), (48, ["lock-up", "watchdog"]), (0x100, [])])
 def test_what_reset_the_device(operator, causes, said):
-    operator.last_life.reset_causes = causes
+    operator.last_run.reset_causes = causes
     assert operator("fault") == [f"last reset by: {cause}" for cause in said] + ["fault: none"]
 
 

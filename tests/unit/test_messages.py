@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cause_rows import faults, refusals
+from rows import faults, refusals
 from messages_packed import APART, FIRST, MOST_WAITING, kinds, literal, packed
 from rigs.firmware import ROOT
 

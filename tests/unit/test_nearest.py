@@ -6,7 +6,7 @@ import string
 import pytest
 
 from rigs.console import Operator
-from param_rows import param_rows
+from rows import param_rows
 
 NAMES = list(param_rows())
 EDITS_MOST = 3

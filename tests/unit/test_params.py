@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The table of parameters: every row names its own field, holds its initial value in its range, and is found by its name."""
 from rigs.firmware import ROOT
-from param_rows import param_rows
+from rows import param_rows
 
 
 def fields():

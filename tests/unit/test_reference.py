@@ -13,10 +13,9 @@ from rigs.settings import names
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 
-from cause_rows import faults, refusals  # noqa: E402
+from rows import faults, param_rows, refusals, remarks, texts  # noqa: E402
 import reference_page  # noqa: E402  (beside the tools)
 from pages import replaced  # noqa: E402
-from param_rows import param_rows, remarks, texts  # noqa: E402
 
 PAGE = (ROOT / "docs/reference.md").read_text()
 FROZEN = tomllib.loads((ROOT / "tests/unit/numbers.toml").read_text())

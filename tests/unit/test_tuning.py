@@ -9,7 +9,7 @@ from launcher.data import MOTORS, available
 
 from rigs.firmware import ROOT
 from rigs.motor_numbers import BASE_HZ, PI, PWM_HZ, SLOW_HZ, compute, shipped, struct
-from param_rows import param_rows
+from rows import param_rows
 
 REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS", "ERROR_CHOPPER_LEVELS",
                   "ERROR_V_MIN_BELOW_MODULATOR", "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP",

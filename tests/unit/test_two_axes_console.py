@@ -13,14 +13,14 @@ class TwoAxes(AxesAtRest, Keyboard):
 
     def __init__(self, c):
         super().__init__(c, 2)
-        self.loaded, self.last_life, self.scope = (c.nvm_report * 2)(), c.postmortem(), c.scope()
+        self.loaded, self.last_run, self.scope = (c.nvm_report * 2)(), c.postmortem(), c.scope()
         self.pend = ctypes.c_uint32()
         c.scope_init(self.scope, self.axes[0], type(self.scope.enter)(), self.pend, 1)
         self.console, session = c.console(), c.session()
         session.axes, session.axis = ctypes.cast(self.axes, type(session.axes)), ctypes.pointer(self.axes[0])
         session.slots, session.loaded = (ctypes.cast(array, type(field)) for array, field in
                                          ((self.slots, session.slots), (self.loaded, session.loaded)))
-        session.last_life, session.scope = ctypes.pointer(self.last_life), ctypes.pointer(self.scope)
+        session.last_run, session.scope = ctypes.pointer(self.last_run), ctypes.pointer(self.scope)
         c.host_said_bytes.value = 0
         c.console_start(self.console, session)
         self.greeting = self.heard()

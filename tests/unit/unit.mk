@@ -49,11 +49,11 @@ $(BUILD)/host/two_axes/%.o: firmware/%.c tests/unit/unit.mk
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -DSCOPE_WORDS=4096u -MMD -MP -c $< -o $@
 
 # what is packed for one motor's drive, and for two's
-$(addprefix $(BUILD)/host/firmware/operate/,data_sheet.o messages.o): UNIT_CFLAGS += -I$(BUILD)/packed/1
-$(BUILD)/host/firmware/operate/data_sheet.o: $(BUILD)/packed/1/data_sheet_text.h
+$(addprefix $(BUILD)/host/firmware/operate/,canopen_sdo.o messages.o): UNIT_CFLAGS += -I$(BUILD)/packed/1
+$(BUILD)/host/firmware/operate/canopen_sdo.o: $(BUILD)/packed/1/data_sheet_text.h
 $(BUILD)/host/firmware/operate/messages.o: $(BUILD)/packed/1/message_texts.h
-$(addprefix $(BUILD)/host/two_axes/operate/,data_sheet.o messages.o): UNIT_CFLAGS += -I$(BUILD)/packed/2
-$(BUILD)/host/two_axes/operate/data_sheet.o: $(BUILD)/packed/2/data_sheet_text.h
+$(addprefix $(BUILD)/host/two_axes/operate/,canopen_sdo.o messages.o): UNIT_CFLAGS += -I$(BUILD)/packed/2
+$(BUILD)/host/two_axes/operate/canopen_sdo.o: $(BUILD)/packed/2/data_sheet_text.h
 $(BUILD)/host/two_axes/operate/messages.o: $(BUILD)/packed/2/message_texts.h
 
 -include $(shell find $(BUILD)/host -name '*.d' 2>/dev/null)

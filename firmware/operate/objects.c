@@ -1,19 +1,98 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/object_values.h"
+#include "firmware/operate/objects.h"
 
 #include "firmware/drive/nvm.h"
 #include "firmware/drive/reaction.h"
-#include "firmware/operate/profile_objects.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
 #include "lib/q15.h"
+
+enum { RO, RW };
+
+/* ==== other names of parameters ==== */
+
+#define QUICK_STOP_FACTOR 4
+
+/* clang-format off */
+#define PROFILE_ROW(index, subindex, type, access, name, initial, how, fixed) \
+    {index, subindex, OBJECT_TYPE_##type, PROFILE_##how, access == RW, fixed},
+const struct profile_object profile_objects[] = {
+    PROFILE_OBJECTS(PROFILE_ROW)
+};
+/* clang-format on */
+
+const uint32_t profile_object_count = sizeof profile_objects / sizeof profile_objects[0];
+
+/* Milliseconds. */
+static int32_t power_of(int32_t exponent)
+{
+    static const int16_t powers[] = {1, 10, 100, 1000};
+    return powers[q15_clamp(exponent + 3, 0, 3)];
+}
+
+/* The object is the parameter times `by` / `of`. */
+struct ratio {
+    const char *name; /* NULL: no parameter */
+    int32_t param, by, of;
+};
+
+static struct ratio ratio_of(const struct profile_object *o, const struct params *p, int32_t exponent)
+{
+    switch ((enum profile_how)o->how) {
+    case PROFILE_RAMP:
+        return (struct ratio){"ramp_rpm_s", p->ramp_rpm_s, 1, 1};
+    case PROFILE_SPEED:
+        return (struct ratio){"profile_speed_pm", p->profile_speed_pm, p->speed_max_rpm, 1000};
+    case PROFILE_HOME:
+        return (struct ratio){"home_rpm", q15_abs(p->home_rpm), 1, 1};
+    case PROFILE_FOLLOWING:
+        return (struct ratio){"following_mturn", p->following_mturn, p->encoder_counts, 1000};
+    case PROFILE_TORQUE:
+        return (struct ratio){"i_max_ma", p->i_max_ma, 1000, p->i_rated_ma};
+    case PROFILE_CYCLE:
+        return (struct ratio){"cyclic_ms", p->cyclic_ms, 1, power_of(exponent)};
+    case PROFILE_QUICK:
+        return (struct ratio){NULL, p->ramp_rpm_s, QUICK_STOP_FACTOR, 1};
+    case PROFILE_EXPONENT:
+        return (struct ratio){NULL, exponent, 1, 1};
+    default:
+        return (struct ratio){NULL, o->fixed, 1, 1};
+    }
+}
+
+/* Its value; `exponent`: what 0x60C2:2 is. */
+static int32_t profile_value(const struct profile_object *o, const struct params *p, int32_t exponent)
+{
+    const struct ratio r = ratio_of(o, p, exponent);
+    const int64_t found = (int64_t)r.param * r.by / r.of;
+    const int32_t most = o->type == OBJECT_TYPE_U8 ? UINT8_MAX : o->type == OBJECT_TYPE_U16 ? UINT16_MAX : INT32_MAX;
+    return found > most ? most : (int32_t)found;
+}
+
+/*
+ * Name of the parameter that it sets, NULL for what sets none; and the value that this one is to have. What does not fit 32
+ * bits fits no parameter.
+ */
+static const char *profile_param(const struct profile_object *o, const struct params *p, int32_t exponent,
+                                 int32_t value, int32_t *wanted)
+{
+    const struct ratio r = ratio_of(o, p, exponent);
+    if (o->how == PROFILE_EXPONENT) {
+        *wanted = p->cyclic_ms / power_of(exponent) * power_of(value);
+        return "cyclic_ms";
+    }
+    const int64_t found = ((int64_t)value * r.of + r.by / 2) / r.by;
+    *wanted = found > INT32_MAX ? INT32_MAX : (int32_t)found;
+    *wanted = o->how == PROFILE_HOME && p->home_rpm < 0 ? -*wanted : *wanted;
+    return r.name;
+}
+
+/* ==== all of them ==== */
 
 #define PRODUCT   0x6D666F63u
 #define UNCHANGED UINT32_MAX
 
 /* ---- places ---- */
-
-enum { RO, RW };
 
 /* clang-format off */
 #define OBJECT_INDEX(at, index) ((index) == 0 ? OBJECTS_INDEX + (at) : (uint32_t)(index) >> 8)
@@ -127,7 +206,7 @@ static enum object_refusal change_param(struct object_change *c, uint32_t number
     c->absent = c->absent.error != ERROR_NONE ? c->absent : features_allow(info, value);
     param_set(&c->params, info, value);
     c->params_changed++;
-    return OBJECT_FINE;
+    return OBJECT_OK;
 }
 
 static enum object_refusal change_named(struct object_change *c, const char *name, int32_t value)
@@ -135,7 +214,7 @@ static enum object_refusal change_named(struct object_change *c, const char *nam
     return change_param(c, (uint32_t)(param_find(name) - param_table), value);
 }
 
-/* Another name of a parameter; what none is behind can only be what it is. */
+/* Sets the parameter it maps to; without one only the present value is accepted. */
 static enum object_refusal change_profile(struct object_change *c, uint32_t number, int32_t value)
 {
     const struct profile_object *const o = &profile_objects[number];
@@ -153,27 +232,27 @@ static enum object_refusal change_profile(struct object_change *c, uint32_t numb
     const char *const name = profile_param(o, &c->params, exponent, value, &wanted);
     if (name != NULL) {
         const bool ramp = o->how == PROFILE_RAMP;
-        return ramp && change_named(c, "profile_rpm_s", 0) != OBJECT_FINE ? OBJECT_BAD_VALUE
-                                                                          : change_named(c, name, wanted);
+        return ramp && change_named(c, "profile_rpm_s", 0) != OBJECT_OK ? OBJECT_BAD_VALUE
+                                                                        : change_named(c, name, wanted);
     }
     if (o->how == PROFILE_QUICK) {
-        return value <= now ? OBJECT_FINE : OBJECT_TOO_HIGH;
+        return value <= now ? OBJECT_OK : OBJECT_TOO_HIGH;
     }
-    return value == now ? OBJECT_FINE : OBJECT_BAD_VALUE;
+    return value == now ? OBJECT_OK : OBJECT_BAD_VALUE;
 }
 
 static enum object_refusal change_choice(struct object_change *c, uint32_t fault, int32_t choice)
 {
     if (fault_choice_is_absent((enum fault)fault, (enum reaction)choice)) {
         c->absent = feature_absent(FEATURE_SENSORLESS);
-        return OBJECT_FINE; /* refused as a whole, with that reason */
+        return OBJECT_OK; /* the whole write is refused later, with this reason */
     }
     if (choice < 0 || choice >= REACTION_COUNT || ((fault_class((enum fault)fault)->allowed >> choice) & 1u) == 0u) {
         return OBJECT_BAD_VALUE;
     }
     c->choice[fault] = (uint8_t)choice;
     c->choices_changed++;
-    return OBJECT_FINE;
+    return OBJECT_OK;
 }
 
 static void set_object(struct object_writable *w, uint32_t object, int32_t value)
@@ -193,7 +272,7 @@ static void set_object(struct object_writable *w, uint32_t object, int32_t value
     /* clang-format on */
 }
 
-/* Actions that must not happen by accident need a code word. */
+/* Storing and restoring need a signature, against accidental writes. */
 static enum object_refusal change_object(struct object_change *c, uint32_t object, int32_t value)
 {
     const struct object_writable *const w = &c->writable;
@@ -201,16 +280,16 @@ static enum object_refusal change_object(struct object_change *c, uint32_t objec
     if (object <= OBJECT_homing_method) {
         c->setpoints |= 1u << object;
     }
-    if (object == OBJECT_polarity) { /* the drive has one direction for both */
+    if (object == OBJECT_polarity) { /* one direction for position and velocity */
         c->params.direction = w->polarity == OBJECTS_TURNED ? 1 : 0;
         c->params_changed++;
-        return w->polarity == OBJECTS_TURNED || w->polarity == 0u ? OBJECT_FINE : OBJECT_BAD_VALUE;
+        return w->polarity == OBJECTS_TURNED || w->polarity == 0u ? OBJECT_OK : OBJECT_BAD_VALUE;
     }
     if ((object == OBJECT_store && w->store != OBJECTS_SAVE) ||
         (object == OBJECT_restore && w->restore != OBJECTS_LOAD)) {
         return OBJECT_NO_CODE_WORD;
     }
-    return object == OBJECT_angle_source && w->source >= PARAM_ANGLES ? OBJECT_BAD_VALUE : OBJECT_FINE;
+    return object == OBJECT_angle_source && w->source >= PARAM_ANGLES ? OBJECT_BAD_VALUE : OBJECT_OK;
 }
 
 enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value)
@@ -224,10 +303,10 @@ enum object_refusal object_change(struct object_change *c, const struct object_p
 }
 
 /*
- * Checks several parameters as switching on would; a single one, as on the console, only against its range. Not inline: its
- * tuning would stand on the stack while settings are stored.
+ * Checks several parameters as switching on does; a single one, as at the console, only against its range. Not inline: its
+ * tuning would take stack while settings are stored.
  */
-static __attribute__((noinline)) bool go_together(const struct object_change *c, const struct axis *a)
+static __attribute__((noinline)) bool are_consistent(const struct object_change *c, const struct axis *a)
 {
     if (c->params_changed < 2u) {
         return true;
@@ -237,7 +316,7 @@ static __attribute__((noinline)) bool go_together(const struct object_change *c,
            tuning_check_motor(&c->params).error == ERROR_NONE;
 }
 
-static enum object_refusal judge_change(const struct object_change *c, const struct axis *a)
+static enum object_refusal check_change(const struct object_change *c, const struct axis *a)
 {
     if (c->setpoints != 0u && !cia402_allows(&c->writable.setpoints, &c->params)) {
         return OBJECT_BAD_VALUE;
@@ -245,11 +324,11 @@ static enum object_refusal judge_change(const struct object_change *c, const str
     if (c->params_changed + c->choices_changed > 0u && !drive_is_off(a)) {
         return OBJECT_BAD_STATE;
     }
-    return go_together(c, a) ? OBJECT_FINE : OBJECT_BAD_VALUE;
+    return are_consistent(c, a) ? OBJECT_OK : OBJECT_BAD_VALUE;
 }
 
-/* A stop is everybody's, and so is a word that asks for nothing; targets, modes, halts and what enables are the owner's. */
-static struct outcome owner_forbids(const struct object_change *c, const struct bus_drive *d)
+/* Any line may stop; only the owner may write targets, modes, halt and control words that enable. */
+static struct outcome check_owner(const struct object_change *c, const struct bus_drive *d)
 {
     const struct object_writable *const w = &c->writable;
     const uint32_t word = c->setpoints & 1u << OBJECT_control_word;
@@ -267,17 +346,17 @@ static bool store_settings(struct bus_drive *d)
     return d->cia402.refusal.error == ERROR_NONE;
 }
 
-/* These change nothing if refused; no request combines them with parameters. The drive's `refusal` says why a source was. */
+/* They change nothing if refused; no request combines them with parameters. */
 static enum object_refusal carry_out_actions(struct bus_drive *d, const struct object_writable *w)
 {
     const bool refused = (w->restore != 0u && drive_defaults(d->axis).error != ERROR_NONE) ||
                          (w->store != 0u && !store_settings(d)) ||
                          (w->source != UNCHANGED && !cia402_change_source(&d->cia402, d->axis, w->source));
-    return refused ? OBJECT_BAD_STATE : OBJECT_FINE;
+    return refused ? OBJECT_BAD_STATE : OBJECT_OK;
 }
 
-/* A take-over, in the same write or alone, has set mode and targets to what is in effect: but for those that are written. */
-static void adopt_setpoints(struct bus_drive *d, const struct object_change *c)
+/* Targets that are not written stay as they are, or as a take-over in the same write has set them. */
+static void apply_setpoints(struct bus_drive *d, const struct object_change *c)
 {
     const uint32_t not_targets = 1u << OBJECT_control_word | 1u << OBJECT_homing_method;
     const struct cia402_setpoints *const now = &d->cia402.setpoints;
@@ -289,7 +368,7 @@ static void adopt_setpoints(struct bus_drive *d, const struct object_change *c)
                   (c->setpoints & ~not_targets) != 0u);
 }
 
-static void adopt_change(struct bus_drive *d, const struct object_change *c)
+static void apply_change(struct bus_drive *d, const struct object_change *c)
 {
     if (c->params_changed > 0u) {
         d->axis->params = c->params;
@@ -298,7 +377,7 @@ static void adopt_change(struct bus_drive *d, const struct object_change *c)
     for (uint32_t fault = 0; c->choices_changed > 0u && fault < FAULT_COUNT; fault++) {
         d->axis->reactions.choice[fault] = c->choice[fault];
     }
-    adopt_setpoints(d, c);
+    apply_setpoints(d, c);
 }
 
 enum object_refusal object_check(const struct object_change *c, struct bus_drive *d)
@@ -307,13 +386,13 @@ enum object_refusal object_check(const struct object_change *c, struct bus_drive
         d->cia402.refusal = c->absent;
         return OBJECT_BAD_VALUE;
     }
-    const struct outcome forbidden = owner_forbids(c, d);
+    const struct outcome forbidden = check_owner(c, d);
     if (forbidden.error != ERROR_NONE) {
         d->cia402.refusal = forbidden;
         return OBJECT_COMMANDED;
     }
     const bool another = c->writable.owner != UNCHANGED && c->writable.owner != (uint32_t)d->cia402.who;
-    return another ? OBJECT_BAD_VALUE : judge_change(c, d->axis);
+    return another ? OBJECT_BAD_VALUE : check_change(c, d->axis);
 }
 
 void object_stop(const struct object_change *c, struct bus_drive *d)
@@ -328,14 +407,14 @@ void object_stop(const struct object_change *c, struct bus_drive *d)
 enum object_refusal object_commit(struct object_change *c, struct bus_drive *d)
 {
     enum object_refusal wrong = object_check(c, d);
-    if (wrong == OBJECT_FINE) {
+    if (wrong == OBJECT_OK) {
         wrong = carry_out_actions(d, &c->writable);
     }
-    if (wrong == OBJECT_FINE) {
+    if (wrong == OBJECT_OK) {
         if (c->writable.owner != UNCHANGED) {
             cia402_take_over(&d->cia402, d->axis);
         }
-        adopt_change(d, c);
+        apply_change(d, c);
     }
     return wrong;
 }
