@@ -188,7 +188,7 @@ static void source(int32_t target)
 static void look_ends(int32_t apart_q32)
 {
     struct handover *const h = &a->handover;
-    h->looks = 1000;
+    h->samples = 1000;
     h->travel_q32 = 1LL << 33;
     h->apart_q32 = apart_q32;
     h->states = 0x7Eu; /* all of the switches', and more than the EMF needs */

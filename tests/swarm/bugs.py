@@ -14,8 +14,8 @@ BATCH, MOST, OFTEN = 10, 1000, 9
 # file, what stands there, what is put in its place; the first OFTEN show within some 30 histories, the others in the night
 BUGS = {
     "E6 a lost master is not looked at in a start": (
-        "monitor/supervision.c", "    if (turn == SLOW_TURN) {\n        watch_commands(a);\n    }\n    if (asks",
-        "    if (asks"),
+        "monitor/supervision.c", "    if (turn == SLOW_TURN) {\n        watch_commands(a);\n    }\n    if (no_current",
+        "    if (no_current"),
     "E8 a second master takes the motor": ("drive/owner.c", "if (owner == OWNER_NONE ||", "if (true || owner == OWNER_NONE ||"),
     "another's word shuts it down": (
         "operate/cia402.c", "return a->owner.who == (uint32_t)c->who && !owner", "return !owner"),
