@@ -261,7 +261,7 @@ _Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_
 /* clang-format off */
 const struct command commands_angle[] = {
     {"angle", " encoder|observer|hall",
-     "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
+     "change the source of the rotor's angle, while it turns; 'on' begins with angle_source",
      {ARGUMENT_CHOICE}, .run = run_angle, .owner_only = true},
     {"forget", "", "the angle between encoder and magnets, while off: the next 'on' aligns", .request = drive_forget},
 };

@@ -190,7 +190,7 @@
     /* `speed` or `torque` first */ \
     X(79, SOURCE_WEAKENS, \
       "a field that is weakened or overmodulated takes an encoder: with a speed_max_rpm that the bus reaches without, " \
-      "and overmodulation 0, others can tell the angle") \
+      "and overmodulation 0, other sources are possible") \
     /* a smaller speed_max_rpm, and overmodulation 0 */ \
     X(80, SOURCE_RELUCTANT, \
       "this motor's reluctance outweighs its magnets: without a sensor it goes from 'on' only, with angle_source 1 and " \
