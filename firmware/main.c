@@ -168,10 +168,10 @@ static void init_axes(struct slots *slots)
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         slots[n] = settings_slots(n);
         drive_init(&axes[n], FABRIC(n));
-        drive_remember_heat(&axes[n], &axes_heat[n]);
+        drive_restore_temperatures(&axes[n], &axes_heat[n]);
     }
     if (AXIS_COUNT == 2u) {
-        drive_join(&axes[0], &axes[AXIS_COUNT - 1u]);
+        drive_link(&axes[0], &axes[AXIS_COUNT - 1u]);
     }
 }
 

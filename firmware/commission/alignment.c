@@ -13,8 +13,8 @@
 /* ==== the magnets' axis ==== */
 
 /*
- * The magnets' axis, measured without current once the rotor rests. Where reluctance outweighs the magnets that is done before
- * the rotor is pulled, and again after it has turned; in other salient machines after it has turned.
+ * The magnets' axis, measured at rest without a holding current. If reluctance outweighs the magnets this is done before the
+ * rotor is pulled, and again after it has turned; in other salient machines only after it has turned.
  */
 
 /* ==== saliency ==== */
@@ -22,9 +22,9 @@
 #define STEP_Q32 (0x80000000u / SALIENCY_ANGLES)
 
 /*
- * The voltage, in halves, of each millisecond, and what the current read at its beginning counts for: what the whole waves
- * change it by. A steady drift, be it offset or a turning rotor, counts for nothing. Each angle leaves a little current behind,
- * because the dead time takes from both ends of the pattern; the next one begins the other way round, and takes it back.
+ * The voltage of each millisecond, in halves, and the weight of the current sampled at its beginning: the sum is the response
+ * to whole waves. A constant drift, from an offset or a turning rotor, cancels. Each angle leaves a small current, because dead
+ * time acts at both ends of the pattern; the next one starts with the opposite sign and removes it.
  */
 static const int32_t HALVES[] = {1, -2, 2, -2, 2, -1};
 static const int32_t WEIGHTS[] = {0, 1, -2, 2, -2, 1};
@@ -41,8 +41,8 @@ static int32_t steps(const volatile struct current_loop *c, int32_t v_q15)
 }
 
 /*
- * A current that stands, from a rotor that rocks or from the dead time, would tilt what saturated iron answers. A steady
- * voltage takes it away during this pattern: all of it along d, less along q, where the inductance is larger.
+ * A residual current, from an oscillating rotor or dead time, would distort the response of saturated iron. A constant voltage
+ * removes it during this pattern: fully along d, partly along q, where the inductance is larger.
  */
 static void take_away(struct saliency *s, const volatile struct current_loop *c)
 {
@@ -75,7 +75,7 @@ bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t
 
 uint32_t saliency_offset_q32(const struct saliency *s)
 {
-    return measure_axes_easy_q32(&s->sums);
+    return measure_axes_angle_q32(&s->sums);
 }
 
 bool saliency_seen(const struct saliency *s)
@@ -88,12 +88,12 @@ bool saliency_seen(const struct saliency *s)
 #define STILL_MAX_MS   2000u
 #define STOOD_PART     72 /* of a turn: 5 degrees */
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
-#define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees, */
-#define RUBBING_Q32    (DEGREES_45_Q32 / 45 * 6) /* and this more where friction holds the rotor back */
+#define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
+#define FRICTION_Q32   (DEGREES_45_Q32 / 45 * 6) /* in addition, where friction holds the rotor back */
 
 /*
- * The magnets' axis is known, but not its sense: a field across them is never opposite to where reluctance holds the rotor,
- * which swings by no more than 90 degrees less the angle that the magnets keep from the current.
+ * The magnets' axis is known, but not its polarity: a field across it is never opposite to the rotor's rest position, so the
+ * rotor swings by less than 90 degrees.
  */
 static void pull_across(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
@@ -101,14 +101,15 @@ static void pull_across(struct alignment *a, const struct tuning *t, uint32_t an
     a->field_q32 = angle_q32 + a->first_offset_q32 + QUARTER_Q32;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     a->target_q15 =
-        t->align[a->level].i_q15 / 3 * 2; /* reluctance still outweighs the magnets, and the rotor swings slower */
+        /* reluctance still outweighs the magnets, and the rotor oscillates more slowly */
+        t->align[a->level].i_q15 / 3 * 2;
     a->origin = a->counts;
     alignment_enter(a, STAGE_PULL);
 }
 
 static enum alignment_result step_drop(struct alignment *a, volatile struct current_loop *c, const struct tuning *t)
 {
-    current_loop_ask_d(c, 0);
+    current_loop_set_i_d(c, 0);
     current_loop_field(c, a->field_q32, 0);
     if (a->still_ms >= STILL_MS) {
         saliency_start(&a->axis, t->saliency_v_q15, t->saliency_i_q15);
@@ -122,13 +123,13 @@ static enum alignment_result step_drop(struct alignment *a, volatile struct curr
     return ALIGNMENT_RUNNING;
 }
 
-/* The difference of two offsets that are known up to half a turn. */
+/* The difference of two offsets that are ambiguous by half a turn. */
 static int32_t apart_q32(uint32_t x_q32, uint32_t y_q32)
 {
     return q15_abs((int32_t)(2u * (x_q32 - y_q32)) / 2);
 }
 
-/* Of the axis's two ends the one near `angle_q32`. */
+/* The end of the axis that is closer to `angle_q32`. */
 static uint32_t nearer_end_q32(uint32_t offset_q32, uint32_t angle_q32)
 {
     const bool near = angle_size_q32((int32_t)(angle_q32 - offset_q32)) <= QUARTER_Q32;
@@ -136,8 +137,8 @@ static uint32_t nearer_end_q32(uint32_t offset_q32, uint32_t angle_q32)
 }
 
 /*
- * The rotor hung on the field with its north pole within `most_q32` of it, which is less than a quarter of a turn: that tells
- * the axis's sense. A load has shifted it both times one way; friction, which may be the larger, has not shifted the mean.
+ * The rotor followed the field with its north pole within `max_q32` of it, which is less than a quarter turn: that gives the
+ * polarity. A load shifts it in one direction both times; friction, which may be larger, does not shift the mean.
  */
 static enum alignment_result judge_north(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                          uint32_t angle_q32, uint32_t offset_q32, uint32_t max_q32)
@@ -146,7 +147,7 @@ static enum alignment_result judge_north(struct alignment *a, volatile struct cu
     const int32_t back_q32 = (int32_t)(a->load.back_q32[0] - offset_q32);
     const uint32_t mean_q32 = angle_size_q32(forward_q32 / 2 + back_q32 / 2);
     const uint32_t away_q32 = mean_q32 + angle_size_q32(forward_q32 / 2 - back_q32 / 2);
-    if (mean_q32 > max_q32 || away_q32 > max_q32 + RUBBING_Q32) {
+    if (mean_q32 > max_q32 || away_q32 > max_q32 + FRICTION_Q32) {
         a->detail[0] = (int32_t)(away_q32 / (DEGREES_45_Q32 / 45));
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
@@ -155,8 +156,8 @@ static enum alignment_result judge_north(struct alignment *a, volatile struct cu
 }
 
 /*
- * Reluctance held the rotor: too near to 90 degrees nothing is told. What an encoder that does not count says of the axis is
- * whether the rotor has turned.
+ * Reluctance held the rotor: close to 90 degrees the polarity is unknown. If the encoder does not count, the axis shows whether
+ * the rotor has turned.
  */
 static enum alignment_result judge_reluctant(struct alignment *a, volatile struct current_loop *c,
                                              const struct tuning *t, uint32_t angle_q32)
@@ -173,8 +174,8 @@ static enum alignment_result judge_reluctant(struct alignment *a, volatile struc
 }
 
 /*
- * The magnets held the rotor: the axis, which no load shifts, replaces what the passes tell of the offset. Only they tell it
- * without saliency, whatever was told, and of a rotor that a load turned while the axis was measured.
+ * The magnets held the rotor: the axis, which no load shifts, replaces the offset from the passes. These remain if there is no
+ * measurable saliency, or if a load turned the rotor during the measurement.
  */
 static enum alignment_result judge_shown(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                          uint32_t angle_q32)
@@ -210,18 +211,18 @@ enum alignment_result alignment_step_axis(struct alignment *a, volatile struct c
 /* ==== pulling, and the stages ==== */
 
 /*
- * The steps of alignment: the rotor is pulled to two angles of the field, turned (alignment_turns.c) and let go, in
- * most salient machines for their axis to be measured (above).
+ * The steps of alignment: the rotor is pulled to two angles of the field, turned (alignment_turns.c) and released; in most
+ * salient machines the axis is then measured (above).
  */
 
-#define JUMP_MS        8u /* for a quarter turn: a rotor opposite the field must not meet it half way */
+#define JUMP_MS        8u /* for a quarter turn: quick, for a rotor at 180 degrees to the field */
 #define SETTLE_PERIODS 10
 #define SETTLE_MS      60
 #define RATIO_MAX      32
 #define GRIP_MS        5
 #define BACK_PART      16 /* of a period: how long the current takes to return */
-#define AWAY_TURNS     3  /* no field pulls the rotor further than this from its start */
-#define TURNS_BACK     4  /* part of a period: a jumping field may meet the rotor moving away from it */
+#define AWAY_TURNS     3  /* beyond this distance from the start a load drives the rotor */
+#define TURNS_BACK     4  /* part of a period: the field may jump while the rotor moves away from it */
 
 static uint32_t encoder_q32(const volatile struct current_loop *c, uint32_t latched)
 {
@@ -237,56 +238,56 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
 
 /* ---- pulling ---- */
 
-/* Current follows its target within half a period; at once to hold a falling rotor. */
+/* The current reaches its target within half a period; faster to hold a falling load. */
 static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t half_ms = a->gripped || t->reluctant ? GRIP_MS : a->period_ms / 2;
+    const int32_t half_ms = a->held_firmly || t->reluctant ? GRIP_MS : a->period_ms / 2;
     const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 / half_ms, 1);
     a->current_q15 = measure_towards(a->current_q15, a->target_q15, slope_q15);
 }
 
-/* It hangs on the field, and its swing is damped: from here on it does not come from the other side. */
-static bool hangs(const struct alignment *a)
+/* The rotor follows the field, and its oscillation is damped: it will not pass the opposite side again. */
+static bool follows_field(const struct alignment *a)
 {
     return a->stage == STAGE_SECOND && a->rotor.sense != 0;
 }
 
 /*
- * A reluctance machine is held where it is first pulled across its magnets, and swings less. A rotor that hangs on the field
- * may ring on its coupling, and a current that follows that speed would shake it: so the current comes back slowly.
+ * A reluctance machine is held where it is pulled across its magnets, and oscillates less. A rotor on the field may oscillate
+ * on its coupling, which a current that follows the speed would excite: so the current returns slowly.
  */
 static int32_t pull_current_q15(struct alignment *a, const struct tuning *t)
 {
-    if (a->gripped || t->reluctant) {
+    if (a->held_firmly || t->reluctant) {
         return a->current_q15;
     }
     const int32_t more_q15 = a->current_q15 / q15_max(a->rotor.period_ms / BACK_PART, 1) + 1;
     const int32_t now_q15 = pull_speed_current_q15(&a->speed, t, a->current_q15);
-    a->pull_q15 = hangs(a) ? q15_min(now_q15, a->pull_q15 + more_q15) : now_q15;
+    a->pull_q15 = follows_field(a) ? q15_min(now_q15, a->pull_q15 + more_q15) : now_q15;
     return a->pull_q15;
 }
 
-/* A rotor that runs away without current falls with its load: then all the available current holds it. */
-static void grip(struct alignment *a, const struct tuning *t)
+/* A rotor that accelerates without current is driven by its load: then the maximum current holds it. */
+static void hold_load_firmly(struct alignment *a, const struct tuning *t)
 {
-    if (!t->reluctant && a->stage < STAGE_PASS && !a->gripped && pull_speed_falls(&a->speed, t)) {
+    if (!t->reluctant && a->stage < STAGE_PASS && !a->held_firmly && pull_speed_falls(&a->speed, t)) {
         a->level = t->align_levels - 1u;
         a->target_q15 = t->align[a->level].i_q15;
-        a->gripped = true;
-        a->rotor.sense = 0; /* while falling it may have been anywhere relative to the field */
+        a->held_firmly = true;
+        a->rotor.sense = 0; /* its position relative to the field is unknown now */
         alignment_begin_swing(a);
     }
 }
 
-/* During the pull the rotor turns half a turn to the field and a quarter with it, and swings; any further is a load. */
+/* During the pull the rotor turns half a turn to the field and a quarter with it, and oscillates; more is due to a load. */
 bool alignment_check_external_drive(struct alignment *a, const struct tuning *t)
 {
     const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
-    grip(a, t);
+    hold_load_firmly(a, t);
     return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
 }
 
-/* Settled, or waited long enough: longer if nothing damps it. */
+/* Settled, or timed out: later without damping. */
 static bool at_rest(const struct alignment *a)
 {
     const int32_t max_ms = a->period_ms * SETTLE_PERIODS * (a->rotor.sense == 0 ? 2 : 1) + SETTLE_MS;
@@ -294,8 +295,8 @@ static bool at_rest(const struct alignment *a)
 }
 
 /*
- * Reluctance holds the rotor behind the field or ahead of it. If ahead, friction would drag it to the other side as the field
- * begins to turn; a quarter turn of the field does that at rest.
+ * Reluctance holds the rotor behind the field or ahead of it. If ahead, friction would pull it to the other side when the field
+ * starts to turn; a quarter turn of the field does that beforehand.
  */
 static bool leads_the_field(const struct alignment *a)
 {
@@ -318,7 +319,7 @@ static enum alignment_result step_first(struct alignment *a, const struct tuning
 
 /*
  * If pole_pairs or encoder_counts is too large, the rotor appears to move more than a quarter turn: the field must then turn
- * slower, since the rotor is faster than it seems. Friction alone changes that little.
+ * slower, since the parameters scale the rotor's period. Friction has little influence.
  */
 static void judge_jump(struct alignment *a, const struct tuning *t)
 {
@@ -327,7 +328,7 @@ static void judge_jump(struct alignment *a, const struct tuning *t)
     a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MAX);
 }
 
-/* A second attempt has more current, and pulls the rotor along. */
+/* A second attempt has more current. */
 static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
     const uint32_t jump_ms = a->attempt == 0u ? JUMP_MS : (uint32_t)a->period_ms / 2u;
@@ -350,15 +351,15 @@ enum alignment_result alignment_step_pull(struct alignment *a, const struct tuni
     return a->stage == STAGE_PULL ? step_first(a, t) : step_second(a, t, angle_q32);
 }
 
-/* ---- all of it ---- */
+/* ---- sequence ---- */
 
-/* The current is gone: from now on the offset does not change. */
+/* The current is zero: from now on the offset does not change. */
 static enum alignment_result step_release(struct alignment *a, volatile struct current_loop *c)
 {
     if (a->current_q15 != 0) {
         return ALIGNMENT_RUNNING;
     }
-    current_loop_ask(c, 0, 0);
+    current_loop_set_currents(c, 0, 0);
     current_loop_offset(c, load_angle_offset_q32(&a->load));
     return ALIGNMENT_DONE;
 }
@@ -405,40 +406,40 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
     return step_stage(a, c, t, angle_q32);
 }
 
-/* ==== the speed while it pulls ==== */
+/* ==== speed limit of the pull ==== */
 
 #define SHARE_BITS 8         /* of the current */
 #define FADE       2         /* full current up to this part of the speed */
 #define FALLS      2         /* times the speed */
 #define STEADY     16        /* part of the current: if it changes by more, inductance takes the voltage */
-#define ALONG_MS   2         /* one noisy sample is no braking */
-#define LATE       2         /* times align_speed_ms: so late does the encoder tell the speed */
-#define GAINS      2         /* a rotor that falls gains this part of the allowed speed */
+#define ALONG_MS   2         /* one noisy sample does not count as braking */
+#define LATE       2         /* times align_speed_ms: delay of the encoder's speed */
+#define GAINS      2         /* a falling rotor gains this part of the allowed speed */
 #define SURE       4         /* one that gains this part of it is not braked */
-#define DOUBT      5         /* eighths of R i: with a resistance told twice too large, half of R i is not there */
-#define MAX_Q32    (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
+#define R_MARGIN   5         /* eighths of R i: allows for a resistance parameter twice too large */
+#define MAX_Q32    (1 << 29) /* an eighth of a turn a millisecond: plausibility limit */
 
 static int32_t emf_q15(const struct tuning *t)
 {
     return ((t->align_speed_q32 / (int32_t)CONFIG_PERIODS_PER_SLOW >> CONFIG_W_SHIFT) * t->emf_q12) >> 12;
 }
 
-/* Inductance takes voltage while the current changes. */
+/* While the current changes, part of the voltage is inductive. */
 static void observe_field_emf(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t)
 {
     const bool steady = q15_abs(c->i_d_q15 - s->i_d_q15) < t->align[0].i_q15 / STEADY;
     s->drop_q15 = (s->i_d_q15 * t->r_q12) >> 12;
-    s->e_d_q15 = q15_sat16(c->v_d_q15 - s->drop_q15); /* whatever the resistance is told to be */
+    s->e_d_q15 = q15_sat16(c->v_d_q15 - s->drop_q15); /* for any value of the resistance parameter */
     s->along_q15 = steady ? s->along_q15 + (s->e_d_q15 - s->along_q15) / ALONG_MS : 0;
     s->i_d_q15 = c->i_d_q15;
 }
 
-/* While the current flows, a resistance told wrongly hides what is induced: from then on the encoder has to show it. */
+/* While current flows, a wrong resistance hides the EMF: then the encoder must show braking. */
 static void see_braking(struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);
     const bool fast = size_q32 > t->align_speed_q32 / FADE;
-    if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) * DOUBT / 8)) {
+    if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) * R_MARGIN / 8)) {
         s->brakes = true;
         s->slowest_q32 = size_q32;
     }
@@ -449,7 +450,7 @@ static void see_braking(struct pull_speed *s, const struct tuning *t)
     }
 }
 
-/* The encoder tells the speed late: what it was at the end of the pull shows only then. */
+/* The encoder's speed is delayed: its value at the end of the pull is known only then. */
 static void see_free_run(struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);

@@ -2,14 +2,14 @@
 /*
  * Finds the magnets with a direct current, since an incremental encoder does not know their position.
  *
- * The current pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field
- * turns one electrical turn forward and back, and a part of one with less current. Counts per turn check pole_pairs and
- * encoder_counts, their sign gives the direction, the field's lead over the encoder the offset (measure.h), and the lead's
- * growth with less current the load (alignment.h). Nothing is taken for granted: every failed check has its own result.
+ * The current pulls the rotor to two angles 90 degrees apart, because there is no torque at 180 degrees; then the field turns
+ * one electrical turn forward and back, and a part of one with less current. Counts per turn verify pole_pairs and
+ * encoder_counts, their sign the direction; the field's lead over the encoder gives the offset (measure.h), its growth with
+ * less current the load. Every failed check has its own result.
  *
  * The rotor turns by two and a half electrical turns, according to pole_pairs, to either side of its starting point; one that
- * turns by more than ALIGNMENT_TURNS is driven by a load, and let go.
- * The pull uses i_align, the turns up to i_max; a second attempt uses that from the beginning.
+ * turns by more than ALIGNMENT_TURNS is driven by a load, and released. The pull uses i_align, the turns up to i_max; a second
+ * attempt uses that from the beginning.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_H
@@ -24,7 +24,7 @@
 /* ==== the encoder's direction ==== */
 
 /*
- * Finds the encoder's counting direction from any motion of the magnets, wherever the field stands.
+ * Finds the encoder's counting direction from any motion of the magnets, at any angle of the field.
  *
  * The EMF, e = j w psi exp(j angle), is a vector that turns with the rotor. Divided by the speed and compared with the
  * encoder's angle x, it is a rotation of (cos x, sin x) if the encoder counts with the rotor, and a reflection if it counts
@@ -33,15 +33,15 @@
  *     cd = sum n e_d cos x    sd = sum n e_d sin x
  *     cq = sum n e_q cos x    sq = sum n e_q sin x        n: counts per step
  *
- * estimate that mapping; the sign of its determinant cd sq - cq sd tells the two apart. A constant part of e, from a wrong
- * resistance or dead time, cancels between forward and back. Nothing shows as long as the rotor barely turns.
+ * estimate that mapping; the sign of its determinant cd sq - cq sd distinguishes the two. A constant part of e, from a wrong
+ * resistance or dead time, cancels between forward and back. Some motion is needed.
  */
 
 struct encoder_sense {
     int64_t cd, sd, cq, sq; /* Q15 times Q15 times counts */
 };
 
-/* Forgets all motion. Slow loop. */
+/* Clears the sums. Slow loop. */
 void encoder_sense_start(struct encoder_sense *s);
 
 /*
@@ -52,21 +52,22 @@ void encoder_sense_step(struct encoder_sense *s, int32_t e_d_q15, int32_t e_q_q1
                         uint32_t angle_q32, int32_t moved);
 
 /*
- * How much better one direction fits than the other: (|E+|^2 - |E-|^2) / (|E+|^2 + |E-|^2), 1.0 = 32768; negative: it counts
- * backwards. Without noise a swing by 60 degrees gives 0.19, one by 90 degrees 0.42, one by half a turn 1. Slow loop.
+ * Relative fit of both directions: (|E+|^2 - |E-|^2) / (|E+|^2 + |E-|^2), 1.0 = 32768; negative: it counts backwards. Without
+ * noise a motion by 60 degrees gives 0.19, one by 90 degrees 0.42, one by half a turn 1. Slow loop.
  */
 int32_t encoder_sense_q15(const struct encoder_sense *s);
 
 /* ==== the load's angle ==== */
 
 /*
- * Frees the encoder's offset from load: a load shifts the rotor from the field by an angle c that no encoder sees, but that
- * changes with the current, because the torque is
+ * Compensates the encoder's offset for load: a load shifts the rotor from the field by an angle c that the encoder does not
+ * show, but that changes with the current, because the torque is
  *
  *     T(I, c) = 1.5 p I sin c (psi - (Lq - Ld) I cos c)
  *
- * Measured is m = c + offset, at two currents and both ways. Friction changes sign with the direction, a load does not: summed
- * over both ways, the torques at both currents are equal at one offset only. Bisection finds it, a step a millisecond.
+ * Measured is m = c + offset, at two currents in both directions. Friction changes sign with the direction, a load does not:
+ * summed over both directions, the torques at both currents are equal at one offset only. Bisection finds it, a step a
+ * millisecond.
  */
 
 struct load_angle {
@@ -75,17 +76,17 @@ struct load_angle {
     int32_t saliency_q15;                 /* (Lq - Ld) I / psi, at the larger current */
     uint32_t centre_q32;
     int32_t low_q32, high_q32; /* the offset lies between, relative to the centre */
-    int32_t more_salient_q32;  /* the offset if the saliency is larger than told */
+    int32_t more_salient_q32;  /* the offset if the saliency is larger by a quarter */
     uint32_t steps;
 };
 
-/* Begins, with the measured angles and both ratios set. Slow loop. */
+/* Starts, with the measured angles and both ratios set. Slow loop. */
 void load_angle_start(struct load_angle *a);
 
 /* One step; true when the offset is known. About 300 cycles. Slow loop. */
 bool load_angle_step(struct load_angle *a);
 
-/* How far a quarter more saliency moves the offset: without a load not at all. */
+/* Change of the offset by a quarter more saliency: zero without a load. */
 uint32_t load_angle_uncertainty_q32(const struct load_angle *a);
 
 /* From the encoder's angle to the magnets'. */
@@ -95,8 +96,8 @@ static inline uint32_t load_angle_offset_q32(const struct load_angle *a)
 }
 
 /*
- * Remaining difference between the torques at both currents in one direction, as an angle at the larger current: zero if there
- * is only load and friction. Stick and slip shows here.
+ * Remaining difference between the torques at both currents in one direction, as an angle at the larger current: zero with only
+ * load and friction; larger with stick-slip.
  */
 int32_t load_angle_spread_q15(const struct load_angle *a);
 
@@ -106,14 +107,14 @@ uint32_t load_angle_largest_q32(const struct load_angle *a);
 /* T(I, c) from above, 1.0 = the torque of the larger current in a machine without saliency. */
 int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_t angle_q32);
 
-/* ==== the speed while it pulls ==== */
+/* ==== speed limit of the pull ==== */
 
 /*
- * Limits how fast a field may pull the rotor before the encoder is verified. A rotor opposite the field would swing towards it
- * with 2 w0; so the current fades as the rotor nears the speed that the tuning allows, and is zero beyond. Only the magnitude
- * of the speed counts: it is right with the encoder reversed, phases swapped, or wrong pole pairs.
- * Once past the field the current brakes, and all of it is allowed: the magnets then drive it, and their voltage along the
- * field opposes it, e_d = v_d - R i_d < 0. At zero current, where this must be decided, R need not be right.
+ * Limits the rotor's speed during the pull, before the encoder is verified. A rotor opposite the field would reach 2 w0; so the
+ * current decreases as the rotor approaches the speed that the tuning allows, and is zero beyond. Only the magnitude of the
+ * speed is used: it is right with a reversed encoder, swapped phases, or wrong pole pairs. Past the field's angle the current
+ * brakes, and is not limited: there the EMF along the field is negative, e_d = v_d - R i_d < 0. This is decided at zero
+ * current, where an error of R has no effect.
  */
 
 struct pull_speed {
@@ -124,7 +125,7 @@ struct pull_speed {
     int32_t along_q15; /* the same, filtered; 0 while the current changes */
     bool brakes;       /* the rotor has passed the field and slows down since */
     int32_t slowest_q32;
-    int32_t free_ms;    /* how long it has been fast and without current */
+    int32_t free_ms;    /* how long it has been above the limit without current */
     int32_t let_go_q32; /* the lowest speed since then */
 };
 
@@ -132,13 +133,13 @@ struct pull_speed {
 void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t,
                      int32_t moved_q32);
 
-/* The part of the current that pulls no faster than that speed. Slow loop. */
+/* The current, reduced by the speed limit. Slow loop. */
 int32_t pull_speed_current_q15(const struct pull_speed *s, const struct tuning *t, int32_t current_q15);
 
-/* The field moves: the EMF then tells nothing. Slow loop. */
+/* The field moves: the EMF along it is then not evaluated. Slow loop. */
 void pull_speed_field_moves(struct pull_speed *s);
 
-/* True if it is fast and accelerates without current: a load drives it. Slow loop. */
+/* True if it accelerates above the limit without current: a load drives it. Slow loop. */
 bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t);
 
 /* ==== saliency ==== */
@@ -156,8 +157,8 @@ bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t);
 #define SALIENCY_ANGLES 16u
 
 struct saliency {
-    uint32_t angle; /* which one */
-    uint32_t ms;    /* within the voltage pattern there */
+    uint32_t angle; /* index of the angle */
+    uint32_t ms;    /* within its voltage pattern */
     int32_t v_q15, i_q15;
     int32_t steady_d_q15, steady_q_q15; /* voltage on top of the alternating one */
     struct measure_axes sums;
@@ -167,8 +168,8 @@ struct saliency {
 void saliency_start(struct saliency *s, int32_t v_q15, int32_t i_q15);
 
 /*
- * One step a millisecond; true when all is measured and no voltage is held any more. Meanwhile the current loop holds voltages
- * (gains of zero) and LOOP_FORCED is its source. `encoder_q32`: electrical angle of the encoder. Slow loop.
+ * One step a millisecond; true when complete, with zero voltage. Meanwhile the current loop holds voltages (gains of zero) with
+ * LOOP_FORCED as its source. `encoder_q32`: electrical angle of the encoder. Slow loop.
  */
 bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t encoder_q32);
 
@@ -217,9 +218,9 @@ struct alignment {
     int32_t current_q15, target_q15;
     int32_t pull_q15; /* as much of it as the rotor's speed allows */
     struct pull_speed speed;
-    bool gripped; /* it fell, and more current caught it */
-    bool even;    /* the whole turns were even */
-    bool lost;    /* with less current the rotor did not follow */
+    bool held_firmly; /* it fell, and more current caught it */
+    bool even;        /* the whole turns were even */
+    bool lost;        /* with less current the rotor did not follow */
     struct pendulum rotor;
     struct field_pass passing;
     int32_t turn_counts_q4[2]; /* of the whole turns, forward and back */

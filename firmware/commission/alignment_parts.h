@@ -14,9 +14,9 @@
 
 /*
  * Compares the counts per electrical turn with what pole_pairs and encoder_counts predict. If they do not fit, one of the two
- * is wrong, and one electrical turn cannot always tell which: if another whole number of pole pairs would fit, that is named
- * first, since pole pairs are whole numbers and wrong counts rarely give one; four times the counts means lines entered as
- * counts. Either way both values that would fit are reported.
+ * is wrong, and one electrical turn may not show which: if another whole number of pole pairs would fit, that is reported
+ * first, since wrong counts rarely give a whole number; four times the counts means that lines were entered as counts. In any
+ * case both values that would fit are reported.
  */
 
 enum encoder_fit_verdict {
@@ -32,9 +32,9 @@ struct encoder_fit {
 };
 
 /*
- * `two_turns_q4`: sixteenths of a count in two electrical turns, one each way, positive. The threshold is 1.3 % and half a
- * count: disc eccentricity and the rotor's swinging stay below the first, uneven edges below the second; two counts in a
- * hundred do not. Slow loop; 32-bit divisions.
+ * `two_turns_q4`: sixteenths of a count in two electrical turns, one in each direction, positive. The threshold is 1.3 % and
+ * half a count: disc eccentricity and oscillation are below the first, uneven edges below the second; an error of two counts in
+ * a hundred is above. Slow loop; 32-bit divisions.
  */
 struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t encoder_counts);
 
@@ -44,12 +44,12 @@ struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t
 #define QUARTER_Q32        0x40000000u
 
 enum stage {
-    STAGE_PULL,   /* current ramps up a quarter turn before the first angle; the rotor swings and settles */
+    STAGE_PULL,   /* current ramps up a quarter turn before the first angle; the rotor oscillates and settles */
     STAGE_SECOND, /* the field moves to the first angle */
     STAGE_PASS,
     STAGE_SOLVE,
     STAGE_RELEASE, /* current ramps down to zero */
-    STAGE_DROP,    /* the same, at once, and the rotor comes to rest */
+    STAGE_DROP,    /* the same, without a ramp, and the rotor comes to rest */
     STAGE_AXIS, /* the magnets' axis, up to half a turn: after the passes, and of reluctance machines before the pull */
 };
 
@@ -75,7 +75,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
 enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
                                       enum alignment_result otherwise);
 
-/* Before each step: whether a load takes the rotor away; a falling one is gripped. */
+/* Before each step: whether a load drives the rotor away; a falling load is held. */
 bool alignment_check_external_drive(struct alignment *a, const struct tuning *t);
 
 /* One step of STAGE_PULL or STAGE_SECOND. */
@@ -83,7 +83,7 @@ enum alignment_result alignment_step_pull(struct alignment *a, const struct tuni
 
 /* ---- the encoder's direction ---- */
 
-/* The field is at rest from now on, and the rotor may swing. */
+/* The field is at rest from now on, and the rotor may oscillate. */
 void alignment_begin_swing(struct alignment *a);
 
 /* Before each step; the encoder has moved by `moved` counts to `angle_q32`. */
@@ -92,20 +92,17 @@ void alignment_observe_direction(struct alignment *a, const volatile struct curr
 
 /* ---- turning ---- */
 
-/* Of enum pass. */
+/* Begins a pass, enum pass. */
 void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t pass);
 
 /* One step of STAGE_PASS or STAGE_SOLVE. */
 enum alignment_result alignment_step_turns(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                            uint32_t angle_q32);
 
-/* Whether the passes alone tell the offset, once they are solved. */
+/* Whether the passes alone give the offset, once they are evaluated. */
 bool load_is_identified(struct alignment *a, const struct tuning *t);
 
 /* ---- the magnets' axis ---- */
-
-/* Switches the current off; measures the rotor's axis once it rests. `turned`: the passes are done. */
-void alignment_begin_drop(struct alignment *a, bool turned);
 
 /* One step of STAGE_DROP or STAGE_AXIS. */
 enum alignment_result alignment_step_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,

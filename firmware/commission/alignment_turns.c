@@ -12,8 +12,6 @@
 
 /* ==== the encoder's direction ==== */
 
-/* Finds the encoder's counting direction while the rotor is pulled. */
-
 /* ==== the encoder's direction ==== */
 
 void encoder_sense_start(struct encoder_sense *s)
@@ -57,13 +55,13 @@ int32_t encoder_sense_q15(const struct encoder_sense *s)
 }
 
 #define SENSE_STEP  4096
-#define FAST_PART   2 /* of the speed that is allowed: so much tells a swing from counts here and there */
+#define FAST_PART   2 /* of the speed limit: distinguishes an oscillation from single counts */
 #define SLOW_PART   4 /* of the fastest */
 #define TURN_PARTS  24
-#define SWING_PARTS 2 /* of a turn: further than a rotor bounces between its teeth */
+#define SWING_PARTS 2 /* of a turn: more than an oscillation between detent positions */
 #define FAR_PARTS   10
 #define LIKELY_Q15  12000 /* of alignment.h: a quarter of a turn */
-#define SURE_Q15    28000 /* half a turn, or some swings */
+#define SURE_Q15    28000 /* half a turn, or some oscillations */
 
 void alignment_begin_swing(struct alignment *a)
 {
@@ -75,7 +73,7 @@ void alignment_begin_swing(struct alignment *a)
     a->fastest_q32 = 0;
 }
 
-/* An electrical turn has 24 parts, as the parameters say it. */
+/* Counts of parts of an electrical turn by the parameters, in 24ths. */
 static int32_t turn_parts(const struct tuning *t, int32_t parts)
 {
     return t->encoder_counts * parts / (TURN_PARTS * t->pole_pairs);
@@ -92,22 +90,22 @@ static void follow_swing(struct alignment *a, const volatile struct current_loop
     a->furthest = q15_max(a->furthest, q15_abs(a->counts - a->swing_from));
 }
 
-/* It has swung, and is about to turn back. */
+/* It is about to reverse. */
 static bool slows(const struct alignment *a, const struct tuning *t)
 {
     return a->furthest > turn_parts(t, SWING_PARTS) && a->fastest_q32 > t->align_speed_q32 / FAST_PART &&
            q15_abs(a->speed.speed_q32) < a->fastest_q32 / SLOW_PART;
 }
 
-/* The rotor has swung and is half way back. */
+/* The rotor has reversed and is half way back. */
 static bool comes_back(const struct alignment *a, const struct tuning *t)
 {
     return a->furthest > turn_parts(t, SWING_PARTS) && q15_abs(a->counts - a->swing_from) < a->furthest / 2;
 }
 
 /*
- * Near the field the q voltage has the sense of the motion: what it has in common with the motion, without what is constant in
- * it. Of a reluctant machine the constant part counts, too: its rotor hardly swings.
+ * Near the field the q voltage has the sign of the speed: their correlation, without the constant part. In a reluctance machine
+ * the constant part counts, too, because its rotor hardly oscillates.
  */
 static int64_t voltage_with_motion(const struct alignment *a, const struct tuning *t)
 {
@@ -122,13 +120,14 @@ static bool has_moved(const struct alignment *a, const struct tuning *t, int32_t
 }
 
 /*
- * Which way the encoder counts (alignment.h). Until that is known nothing is damped, for damping in the wrong sense would
- * drive the rotor. Voltages are small here; they show it when the rotor has swung forward and half way back, for what dead time
- * adds has cancelled by then. One that swings by less than a quarter of a turn is near the field (voltage_with_motion). One
- * that does not swing at all follows the first pass, which leaves no doubt; nor does half a turn, if the rotor is about to turn
- * back: at full speed the field must not move, it would take the rotor on.
+ * The encoder's counting direction (alignment.h). Until it is known there is no damping, because damping of the wrong sign
+ * would excite. Voltages are small here; they are conclusive when the rotor has moved forward and half way back, because the
+ * dead-time error has cancelled by then. A rotor that oscillates by less than a quarter turn is near the field
+ * (voltage_with_motion). One that does not oscillate follows the first pass, which is conclusive; so is half a turn, once the
+ * rotor is about to reverse: at full speed the field must not move, because it would take the rotor with it.
  *
- * Where reluctance holds the rotor the voltage's sense changes beyond 45 degrees from the hold, and all of the way counts.
+ * If reluctance holds the rotor, the voltage's sign changes beyond 45 degrees from the rest position, and the whole motion is
+ * evaluated.
  */
 void alignment_observe_direction(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
                                  int32_t moved, uint32_t angle_q32)
@@ -153,11 +152,11 @@ void alignment_observe_direction(struct alignment *a, const volatile struct curr
 
 /* ==== attempts ==== */
 
-/* A second attempt, before anything is said against the motor or its wiring. */
+/* A second attempt, before a fault of motor or wiring is reported. */
 
 #define SLOWER 4 /* times, at the second attempt */
 
-void alignment_begin_drop(struct alignment *a, bool turned)
+static void alignment_begin_drop(struct alignment *a, bool turned)
 {
     a->turned = turned;
     a->target_q15 = 0;
@@ -166,7 +165,7 @@ void alignment_begin_drop(struct alignment *a, bool turned)
     alignment_enter(a, STAGE_DROP);
 }
 
-/* The first attempt is quick; the second allows for 16 times the inertia parameter, and uses all the current. */
+/* The first attempt is quick; the second allows for 16 times the inertia parameter, and uses the maximum current. */
 void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
 {
     a->attempt = attempt;
@@ -176,7 +175,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
     a->silent = false;
     encoder_sense_start(&a->turned_with);
     alignment_begin_swing(a);
-    a->gripped = false;
+    a->held_firmly = false;
     a->ratio = RATIO_ONE;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
@@ -186,7 +185,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
     }
 }
 
-/* Reports nothing against the motor or its wiring that a second attempt does not confirm. */
+/* A fault of motor or wiring must be confirmed by the second attempt. */
 enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
                                       enum alignment_result otherwise)
 {
@@ -199,24 +198,24 @@ enum alignment_result alignment_again(struct alignment *a, const struct tuning *
 
 /* ==== turning ==== */
 
-/* The field turns forward and back: the rotor that follows shows encoder and load. */
+/* The field turns forward and back; the rotor's motion shows encoder errors and load. */
 
 /* ==== the encoder against the field ==== */
 
 #define OFF_BY_ONE_IN  77  /* 1.3 % */
-#define SNAP_ONE_IN    100 /* a standard count this close is meant */
+#define SNAP_ONE_IN    100 /* a standard count this close is assumed */
 #define EDGES_Q4       8   /* half a count in two turns */
 #define TWO_TURNS_Q4   32  /* of a pole pair, per count of a turn of the shaft */
 #define COUNTS_MAX_Q4  (1 << 23)
 #define POLE_PAIRS_MAX 50
 
-/* Lines per turn that makers offer; the counts are four times these. */
+/* Usual lines per turn; the counts are four times these. */
 static const uint16_t usual_lines[] = {100,  120,  125,  128,  180,  200,  250,  256,   300,  360,  400,
                                        500,  512,  600,  625,  720,  800,  900,  1000,  1024, 1080, 1200,
                                        1250, 1440, 1500, 1600, 1800, 2000, 2048, 2250,  2400, 2500, 2880,
                                        3000, 3600, 4000, 4096, 5000, 7200, 8192, 10000, 16384};
 
-/* The measurement is a few thousandths off: rounds it to a standard count close by, or else to whole lines. */
+/* Rounds the measurement, accurate to some thousandths, to a standard count close by, or else to whole lines. */
 static int32_t usual_counts(int32_t counts)
 {
     int32_t best = q15_clamp((counts + 2) / 4 * 4, (int32_t)ENCODER_COUNTS_MIN, (int32_t)ENCODER_COUNTS_MAX);
@@ -259,9 +258,9 @@ struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t
 
 /* ==== the load's angle ==== */
 
-#define WIDTH_Q32 ((int32_t)(UINT32_MAX / 6u)) /* 60 degrees: beyond, no load is held at both currents */
+#define WIDTH_Q32 ((int32_t)(UINT32_MAX / 6u)) /* 60 degrees: a larger load cannot be held at both currents */
 #define STEPS     20u                          /* 60 degrees by 2^20 */
-#define MORE_PART 4                            /* of the saliency, which is told and saturates */
+#define MORE_PART 4                            /* of the saliency, a parameter, and reduced by saturation */
 
 int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_t angle_q32)
 {
@@ -279,7 +278,7 @@ void load_angle_start(struct load_angle *a)
     a->more_salient_q32 = 0;
 }
 
-/* Sum over both ways of the torque at the larger current, less that at the smaller. It falls as the offset grows. */
+/* Sum over both directions of the torque at the larger current, less that at the smaller. It decreases with the offset. */
 static int32_t difference_q15(const struct load_angle *a, int32_t saliency_q15, uint32_t offset_q32)
 {
     return load_angle_torque_q15(Q15_ONE, saliency_q15, a->forward_q32[0] - offset_q32) +
@@ -288,7 +287,7 @@ static int32_t difference_q15(const struct load_angle *a, int32_t saliency_q15, 
            load_angle_torque_q15(a->ratio_q15, saliency_q15, a->back_q32[1] - offset_q32);
 }
 
-/* First with more saliency than told, then with that: both bisections begin alike. */
+/* Two bisections: with a quarter more saliency, then with the parameter's. */
 bool load_angle_step(struct load_angle *a)
 {
     const int32_t more_q15 = a->steps < STEPS ? a->saliency_q15 / MORE_PART : 0;
@@ -327,16 +326,16 @@ uint32_t load_angle_largest_q32(const struct load_angle *a)
     return forward_q32 > back_q32 ? forward_q32 : back_q32;
 }
 
-#define PERIODS_A_TURN  2  /* of the pendulum, in which the field turns once */
-#define EVEN_ONE_IN     64 /* forward and back agree so far, and but for these counts */
+#define PERIODS_A_TURN  2  /* of the oscillation, for one turn of the field */
+#define EVEN_ONE_IN     64 /* allowed difference of forward and back, and in counts */
 #define EVEN_COUNTS     6
-#define SILENT_PART     60  /* of the way expected: with one pole pair told, fifty turn the rotor by more */
-#define SPREAD_Q15      450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
-#define COUNT_SHIFT     18  /* and a thirteenth of a count: a third of a turn is no whole number of them */
+#define SILENT_PART     60  /* of the expected travel: less than with fifty pole pairs instead of one */
+#define SPREAD_Q15      450 /* 0.8 degrees at the larger current; an offset error of 3 degrees gives more */
+#define COUNT_SHIFT     18  /* and a thirteenth of a count: a third of a turn is not a whole number of counts */
 #define DEGREES_12_Q32  (DEGREES_45_Q32 / 15 * 4)
 #define UNCERTAINTY_Q32 (DEGREES_45_Q32 / 18) /* 2.5 degrees */
 
-/* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
+/* Allowed deviation of a third of a turn: an oscillating rotor is measured again, more slowly. */
 static const int32_t EVEN_PARTS[ALIGNMENT_ATTEMPTS] = {20, 3};
 
 static bool whole_turn(uint32_t pass)
@@ -344,11 +343,11 @@ static bool whole_turn(uint32_t pass)
     return pass < PASS_FORWARD_REDUCED;
 }
 
-/* From here on the rotor is held, and may have all the current: teeth and friction count for less. */
+/* From here on the rotor is held, with the maximum current, which reduces the effect of cogging and friction. */
 static void hold_firmly(struct alignment *a, const struct tuning *t)
 {
     a->level = t->align_levels - 1u;
-    a->rotor.period_ms = t->align[a->level].period_ms; /* its damping stays: it was right before */
+    a->rotor.period_ms = t->align[a->level].period_ms; /* keeps its damping */
     if (a->attempt == 0u) {
         a->period_ms = a->rotor.period_ms;
     }
@@ -361,8 +360,7 @@ void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t 
     }
     const uint32_t period_ms = (uint32_t)a->period_ms;
     const uint32_t quick_ms = period_ms * PERIODS_A_TURN;
-    const uint32_t slow_ms =
-        UINT32_MAX / (uint32_t)t->align_speed_q32 / 3u * 4u; /* leaves room for what the rotor swings */
+    const uint32_t slow_ms = UINT32_MAX / (uint32_t)t->align_speed_q32 / 3u * 4u; /* leaves a margin for oscillation */
     const uint32_t wanted_ms = slow_ms > quick_ms ? slow_ms : quick_ms;
     const uint32_t part_ms = (wanted_ms / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
     const uint32_t turn_ms = 3u * part_ms;
@@ -370,15 +368,15 @@ void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t 
     a->pass = pass;
     a->target_q15 = whole_turn(pass) ? t->align[a->level].i_q15 : t->align[a->level].i_less_q15;
     a->passing.field_q32 = a->field_q32;
-    /* With too many pole pairs told, the rotor swings slower than it was told to, by as much. */
+    /* With too many pole pairs in the parameters the rotor oscillates more slowly, by the same factor. */
     field_pass_start(&a->passing, (pass & 1u) == 0u ? step_q32 : -step_q32, period_ms * a->ratio / RATIO_ONE,
                      whole_turn(pass) ? turn_ms : part_ms);
     alignment_enter(a, STAGE_PASS);
 }
 
 /*
- * Whether magnets turned with the field: what they induce is half of the difference of v_q between both ways, beside what the
- * winding's own inductance does. Resistance and dead time cancel.
+ * Whether magnets turned with the field: their EMF is half of the difference of v_q between both directions, less the inductive
+ * part. Resistance and dead time cancel.
  */
 static bool magnets_turned(const struct alignment *a, const struct tuning *t)
 {
@@ -387,7 +385,7 @@ static bool magnets_turned(const struct alignment *a, const struct tuning *t)
     const int32_t seen_q15 = (a->turn_v_q_q15[PASS_FORWARD] - a->turn_v_q_q15[PASS_BACK]) / n / 2;
     const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
     const int32_t reactive_q15 = tuning_reactive_q15(w_q15, a->target_q15, q15_max(t->x_d_q11, t->x_q_q11));
-    return seen_q15 > emf_q15 / 4 + reactive_q15; /* a rotor that swings undamped shows less than half of it */
+    return seen_q15 > emf_q15 / 4 + reactive_q15; /* an undamped rotor shows less than half of it */
 }
 
 static enum alignment_result judge_fit(struct alignment *a, const struct tuning *t, int32_t two_turns_q4)
@@ -416,7 +414,7 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
     a->detail[1] = expected_q4 / 16;
     if (q15_abs(forth_q4) < expected_q4 / SILENT_PART && q15_abs(back_q4) < expected_q4 / SILENT_PART) {
         if (t->reluctant) {
-            a->silent = true; /* a locked rotor of much saliency induces as well: the axis will tell */
+            a->silent = true; /* a locked, very salient rotor has a voltage, too: decided by the axis */
             return ALIGNMENT_RUNNING;
         }
         return magnets_turned(a, t) ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED;
@@ -428,8 +426,8 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
 }
 
 /*
- * With less current a rotor that followed before may not: then the load is too much for that. One that stuck or swung is taken
- * back all the same, so that a second attempt begins where the first did; one that falls is not.
+ * At reduced current a rotor may stop following: then the load is too large. One that stuck or oscillated is moved back, so
+ * that a second attempt starts at the same position; a falling load is not.
  */
 static bool lost_at_reduced_current(struct alignment *a)
 {
@@ -481,7 +479,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
         against = ALIGNMENT_LOAD;
     }
     if (against == ALIGNMENT_DIRECTION && encoder_fits(a, t)) {
-        return against; /* a whole turn backwards, evenly, forward and back: no chance */
+        return against; /* evenly a whole turn backwards in both directions: cannot be chance */
     }
     if (against != ALIGNMENT_RUNNING) {
         return alignment_again(a, t, angle_q32, against);

@@ -9,7 +9,7 @@
 
 /* ---- the script ---- */
 
-/* linker/bounds/frames.py knows its columns. */
+/* linker/bounds/frames.py reads its columns. */
 struct row {
     const char *name;
     bool (*measure)(struct identify *d, const struct measure_io *io);
@@ -30,7 +30,7 @@ const char *identify_step_name(uint32_t step)
     return step < IDENTIFY_STEPS ? identify_script[step].name : "unknown";
 }
 
-/* Whether there is anything left for this step to find. */
+/* Whether this step has anything left to find. */
 static bool is_open(const struct identify *d)
 {
     const struct row *const row = &identify_script[d->step];
@@ -47,18 +47,18 @@ static bool regulates(const struct identify *d)
 }
 
 /*
- * A rotor on a steady current swings like an undamped pendulum. So across the field no current is regulated and no voltage
- * held: the swing's EMF drives a current through the winding's resistance there, and that brakes.
+ * A rotor on a constant current oscillates almost undamped. So q is neither regulated nor has it a voltage: the EMF drives a
+ * current through the winding's resistance, which damps.
  */
-static void calm(volatile struct current_loop *c)
+static void damp_q(volatile struct current_loop *c)
 {
     current_loop_hold_q(c, 0);
-    current_loop_ask_q(c, 0);
+    current_loop_set_i_q(c, 0);
 }
 
-static void hold_nothing(const struct identify *d, volatile struct current_loop *c)
+static void hold_zero(const struct identify *d, volatile struct current_loop *c)
 {
-    current_loop_ask(c, 0, 0);
+    current_loop_set_currents(c, 0, 0);
     if (!d->taken) {
         current_loop_hold(c, 0, 0);
     }
@@ -86,12 +86,12 @@ bool identify_step(struct identify *d, const struct measure_io *io)
         d->pausing = d->evaluating || d->total_ms % IDENTIFY_PACE_MS != 0u;
     } else {
         if (!d->taken) {
-            calm(io->loop);
+            damp_q(io->loop);
         }
         d->evaluating = d->pausing = identify_measure(d, io);
     }
     if (d->pausing) {
-        hold_nothing(d, io->loop);
+        hold_zero(d, io->loop);
     }
     return false;
 }
@@ -145,7 +145,7 @@ static enum identify_reason evaluate(struct identify *d)
 void identify_evaluate(struct identify *d)
 {
     if (!d->running || !d->evaluating) {
-        d->evaluating = d->evaluating && d->running; /* stopped before it could begin */
+        d->evaluating = d->evaluating && d->running; /* stopped before it began */
         return;
     }
     const enum identify_reason end = evaluate(d);
@@ -153,7 +153,7 @@ void identify_evaluate(struct identify *d)
         identify_refuse_rest(d, end);
     }
     d->work = (union identify_work){0};
-    const uint32_t mask = cpu_irq_save(); /* the slow loop may have stopped it meanwhile, and that stays */
+    const uint32_t mask = cpu_irq_save(); /* the slow loop may have stopped it meanwhile */
     const bool stopped = !d->running;
     if (!stopped) {
         d->ms = d->phase = d->phase_ms = 0;
@@ -173,7 +173,7 @@ struct outcome identify_begin(struct identify *d, const struct params *p)
 {
     const struct params nominal = *p;
     *d = (struct identify){.params = nominal, .nominal = nominal};
-    identify_forget_motor(&d->params);
+    identify_reset_motor(&d->params);
     d->params.current_bw_hz = 100;
     const struct outcome outcome = tuning_compute(&d->params, &d->tuning);
     if (identify_tune(d, 100) != IDENTIFY_NO_REASON) {

@@ -1,17 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Identifies the motor from the inverter's ratings and the rated current alone. It plays a script (below), and each
- * step has two halves: the slow loop measures, bridge on; when a step has its sums it holds no voltage, and the thread
- * evaluates them and plans how the next step measures. So interrupts never divide, and each step is tuned by the results of
- * those before it. What several steps measure with is in measure.h.
+ * Identifies the motor from the inverter's ratings and the rated current alone. It runs a script (below). Each step has two
+ * halves: the slow loop measures, bridge on; then, at zero voltage, the thread evaluates the sums and prepares the next step.
+ * So interrupts need no divisions, and each step uses the results of those before it. Common primitives: measure.h.
  *
  * From the push on the currents are regulated in the rotor's frame, by the encoder: identify_takes_over().
  *
- * A result is either known, with its 95 % interval, or refused with a reason. Nothing is guessed, and nothing becomes a
- * parameter by itself: identify_use().
+ * A result is either known, with its 95 % interval, or refused with a reason. Results become parameters only by identify_use().
  *
  * The interval is 2 sqrt(s^2 + sum a^2 / 3): s, the standard deviation of the mean; a, the bound of each systematic error,
- * above all the sensor gains, which no measurement with these sensors can reveal (GUM, JCGM 100:2008, 4.3.7 and 6.2).
+ * mainly of the sensor gains, which these sensors cannot measure (GUM, JCGM 100:2008, 4.3.7 and 6.2).
  */
 #ifndef FIRMWARE_COMMISSION_IDENTIFY_H
 #define FIRMWARE_COMMISSION_IDENTIFY_H
@@ -32,40 +30,40 @@
  * identify_evaluate_NAME(), its measurements in union identify_work, and one line here:
  *
  *     NAME, name    of the enum's and the functions
- *     "text"        what console and bus call it
+ *     "text"        its name on console and bus
  *     needs         enum identify_needs
- *     from, to      what it finds, of enum identify_quantity
+ *     from, to      its results, of enum identify_quantity
  */
 
 enum identify_needs {
-    IDENTIFY_NEEDS_VOLTAGE, /* held, for no current can be regulated yet */
+    IDENTIFY_NEEDS_VOLTAGE, /* held: currents cannot be regulated yet */
     IDENTIFY_NEEDS_CURRENT,
-    IDENTIFY_NEEDS_GRIP,    /* a current that holds the rotor; where reluctance would turn it a voltage of 0 brakes */
+    IDENTIFY_NEEDS_GRIP,    /* a current that holds the rotor; if reluctance would turn it, zero voltage brakes */
     IDENTIFY_NEEDS_ENCODER, /* turns */
-    IDENTIFY_NEEDS_OPEN,    /* the same, and what it finds is not refused yet */
+    IDENTIFY_NEEDS_OPEN,    /* the same, and its results are not refused yet */
 };
 
 /* clang-format off */
 #define IDENTIFY_SCRIPT(STEP) \
     STEP(PULSES, pulses, "pulses", VOLTAGE, RESISTANCE, LQ) /* identify_resistance.c: a first inductance */ \
     STEP(HOLD, hold, "first current", CURRENT, RESISTANCE, DEAD_TIME) /* and a first resistance, from a steady current */ \
-    STEP(RESISTANCE, resistance, "resistance", GRIP, RESISTANCE, DEAD_TIME) /* and what is left of the dead time's loss */ \
-    STEP(AXES, axes, "axes", CURRENT, LD, LQ) /* identify_inductance.c: where they lie */ \
+    STEP(RESISTANCE, resistance, "resistance", GRIP, RESISTANCE, DEAD_TIME) /* and the remaining dead-time error */ \
+    STEP(AXES, axes, "axes", CURRENT, LD, LQ) /* identify_inductance.c: their angle */ \
     STEP(INDUCTANCE, inductance, "inductance", CURRENT, LD, LQ) /* along each, for small changes */ \
     STEP(TURN, turn, "turn", ENCODER, DIRECTION, DIRECTION) /* the field turns slowly: counts per electrical turn */ \
     STEP(PUSH, push, "push", ENCODER, FLUX, INERTIA) /* across the magnets, forward and back: first flux and inertia */ \
-    STEP(INDEX, index, "index", ENCODER, POLE_PAIRS, COUNTS) /* from one to the next: counts per turn, and so pole pairs */ \
+    STEP(INDEX, index, "index", ENCODER, POLE_PAIRS, COUNTS) /* counts from one index to the next, and so pole pairs */ \
     STEP(RAMPS, ramps, "ramps", ENCODER, FLUX, INERTIA) /* accelerating and braking at one current */ \
-    STEP(SPEEDS, speeds, "speeds", ENCODER, OFFSET, VISCOUS) /* constant, both ways: friction, the encoder's offset */ \
+    STEP(SPEEDS, speeds, "speeds", ENCODER, OFFSET, VISCOUS) /* in both directions: friction, the encoder's offset */ \
     STEP(ALONG, along, "map along d", OPEN, LD_D2_BACK, LD_D2) /* identify_map.c: over the current, along the magnets */ \
     STEP(ACROSS, across, "map across", OPEN, LD_Q1, LQ_Q3) /* and across */ \
-    STEP(TORQUE, torque, "map of most torque", OPEN, TORQUE_ID, CROSS) /* fluxes and coupling where torque needs least */
+    STEP(TORQUE, torque, "map of most torque", OPEN, TORQUE_ID, CROSS) /* fluxes and coupling at MTPA */
 
-/* What identify finds: name, the text for it, unit, and thousandths of that in one of the value. */
+/* Results of identify: name, text, unit, and thousandths of the unit per LSB. */
 #define IDENTIFY_RESULTS(RESULT) \
-    RESULT(RESISTANCE, "resistance", " mohm", 1) /* one phase and the switches in its path, as warm as they are: uohm */ \
-    RESULT(DEAD_TIME, "dead time", " ns", 100) /* what a leg loses in a period, in time at the bus voltage: 0.1 ns */ \
-    RESULT(LD, "ld", " uH", 1) /* for small changes, no current otherwise: nH */ \
+    RESULT(RESISTANCE, "resistance", " mohm", 1) /* one phase and its switches, at their present temperature: uohm */ \
+    RESULT(DEAD_TIME, "dead time", " ns", 100) /* voltage error of a leg in a period, as time at the bus voltage: 0.1 ns */ \
+    RESULT(LD, "ld", " uH", 1) /* small-signal, at zero current: nH */ \
     RESULT(LQ, "lq", " uH", 1) \
     RESULT(POLE_PAIRS, "pole pairs", "", 1000) /* exactly */ \
     RESULT(COUNTS, "encoder counts", "", 1000) /* of the encoder per mechanical turn, exactly */ \
@@ -73,9 +71,9 @@ enum identify_needs {
     RESULT(OFFSET, "offset", " degrees, electrical, at the index", 10) /* where the index begins, turning forward */ \
     RESULT(FLUX, "flux", " uWb", 100) /* of the magnets, at almost no current and their present temperature */ \
     RESULT(INERTIA, "inertia", " kgmm2", 1) /* rotor and load: gmm2 */ \
-    RESULT(COULOMB, "friction", " mNm", 1) /* does not depend on speed, bearings and iron: uNm */ \
+    RESULT(COULOMB, "friction", " mNm", 1) /* independent of speed, bearings and iron: uNm */ \
     RESULT(VISCOUS, "viscous friction", " uNms", 1) /* grows with speed: nNms */ \
-    /* the map, for small changes, nH; i_d in halves of the rated current, BACK: against the magnets, i_q = 0 */ \
+    /* the map, small-signal, nH; i_d in halves of the rated current, BACK: against the magnets, i_q = 0 */ \
     RESULT(LD_D2_BACK, "ld at -1 of rated current in d", " uH", 1) \
     RESULT(LD_D1_BACK, "ld at -1/2 in d", " uH", 1) \
     RESULT(LD_D1, "ld at 1/2 in d", " uH", 1) \
@@ -87,14 +85,14 @@ enum identify_needs {
     RESULT(LQ_Q1, "lq at 1/3 in q", " uH", 1) \
     RESULT(LQ_Q2, "lq at 2/3 in q", " uH", 1) \
     RESULT(LQ_Q3, "lq at 1 in q", " uH", 1) \
-    /* where rated current makes most torque, if i_d contributes to it */ \
+    /* at maximum torque of the rated current, if i_d contributes to it */ \
     RESULT(TORQUE_ID, "rated current in d for most torque, in mA", "", 1000) \
     RESULT(TORQUE_IQ, "and in q, in mA", "", 1000) \
     RESULT(TORQUE_FLUX, "flux in d there", " uWb", 100) /* along the magnets */ \
     RESULT(TORQUE_ACROSS, "flux in q there", " uWb", 100) \
     RESULT(CROSS, "ldq by lqq there, in thousandths", "", 1000) /* L_dq / L_qq; with the sign of i_q */
 
-/* Why it refuses one. */
+/* Reasons of a refusal. */
 #define IDENTIFY_REFUSALS(REASON) \
     REASON(STOPPED, "it ended before this was measured") /* off or a fault */ \
     REASON(RATED_SMALL, "i_rated_ma is too small for i_range_ma: the sensors hardly see it") \
@@ -142,7 +140,7 @@ struct identify_result {
     int32_t interval; /* +- around the value in 95 % of cases */
 };
 
-/* So long as the thread's arithmetic takes less, the steps begin in the same milliseconds, whatever its code. */
+/* Steps begin on multiples of this, so that they do not depend on the duration of the thread's arithmetic. */
 #define IDENTIFY_PACE_MS 16u
 
 #define IDENTIFY_LEVELS 10 /* of current: tenths of the rated one */
@@ -153,7 +151,7 @@ struct identify_result {
 #define IDENTIFY_CURRENT_GAIN_PERMILLE 15
 #define IDENTIFY_BUS_GAIN_PERMILLE     7
 
-/* ---- what the steps measure; each has it from 0 on, and its own thinking is the last to see it ---- */
+/* ---- memory of a step, cleared at its begin, valid until it is evaluated ---- */
 
 struct identify_pulses {
     uint32_t count;            /* bursts at the final height */
@@ -167,10 +165,10 @@ struct identify_hold {
 
 struct identify_resistance {
     uint32_t angle, visit;
-    int64_t v_sum[2][IDENTIFY_ANGLES][IDENTIFY_LEVELS]; /* on the way down and up */
+    int64_t v_sum[2][IDENTIFY_ANGLES][IDENTIFY_LEVELS]; /* decreasing and increasing */
     int64_t vbus_sum_q15;
     int32_t from;         /* counts at the last millisecond */
-    int32_t led, drifted; /* counts with the field, and while it stood */
+    int32_t led, drifted; /* counts while the field moved, and while it did not */
 };
 
 enum identify_pass {
@@ -181,7 +179,7 @@ enum identify_pass {
 
 struct identify_axes {
     uint32_t bursts;                /* in this pass */
-    int32_t held_steps, free_steps; /* heights of the wave */
+    int32_t held_steps, free_steps; /* amplitudes of the wave */
     struct measure_axes sums[IDENTIFY_PASSES];
 };
 
@@ -192,12 +190,12 @@ struct identify_inductance {
 
 struct identify_turn {
     struct field_pass field;
-    struct pendulum rotor;     /* led by the field, not damped by it */
+    struct pendulum rotor;     /* moved by the field, without damping */
     int32_t travel_counts[2];  /* counts from one turn of the field, forward and back */
     uint32_t field_q32[2];     /* its mean angle */
     int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
-    bool uneven, unsteady;     /* does not follow; or not well */
-    bool slowly;               /* the second time */
+    bool uneven, unsteady;     /* does not follow the field; or not evenly */
+    bool slowly;               /* repeated more slowly */
 };
 
 struct identify_push {
@@ -208,7 +206,7 @@ struct identify_push {
 
 struct identify_index {
     uint32_t seen;         /* how often */
-    int32_t first, second; /* counts there */
+    int32_t first, second; /* their counts */
     int32_t from;          /* where the search began */
 };
 
@@ -237,21 +235,22 @@ struct identify_ramps {
 
 #define IDENTIFY_MAP_POINTS 4
 
-/* Of the map: a current, the waves on top of it, and the EMF at it from speed to speed. */
+/* A point of the map: a current, the waves on top of it, and the EMF at different speeds. */
 struct identify_map_point {
     int32_t i_d_q15, i_q_q15; /* the latter with alternating sign */
-    int32_t rpm;              /* highest speed it may drive the rotor to */
+    int32_t rpm;              /* maximum speed of the rotor */
     int32_t v_steps;          /* height of its waves */
     bool fluxes;              /* whether fluxes are wanted as well */
     uint32_t bursts[2];
     struct burst_sums sums[2][2]; /* of d and q, each in two halves: i_q to either side */
     struct measure_run run[2]
-                          [2]; /* both signs of i_q; of v_q and of -v_d times the sign of i_q: both grow with speed */
+                          /* both signs of i_q; of v_q and of -v_d times the sign of i_q: both increase with speed */
+                          [2];
 };
 
 struct identify_map {
     uint32_t points;
-    uint32_t way_ms, ways; /* since i_q changed its sign; and how often it did */
+    uint32_t run_ms, runs; /* time since i_q changed its sign; number of changes */
     int32_t sign;          /* of i_q */
     struct identify_map_point at[IDENTIFY_MAP_POINTS];
 };
@@ -271,21 +270,21 @@ union identify_work {
 };
 
 struct identify {
-    volatile uint32_t step;   /* enum identify_step: the thread advances it while `thinking` */
-    volatile bool evaluating; /* the slow loop has measured; the thread's turn */
-    bool pausing;             /* and the next step has not begun: it does on a multiple of IDENTIFY_PACE_MS */
+    volatile uint32_t step;   /* enum identify_step: the thread advances it while `evaluating` */
+    volatile bool evaluating; /* the slow loop has measured; the thread evaluates */
+    bool pausing;             /* the next step waits for a multiple of IDENTIFY_PACE_MS */
     volatile bool running;
-    uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
+    uint32_t stopped_in; /* enum identify_step in which it ended: DONE, or at a fault or `off` */
     uint32_t fault;      /* enum fault that ended it, 0: none */
     uint32_t total_ms;
     uint32_t ms;              /* in this step */
     uint32_t phase, phase_ms; /* of this step, and in it */
-    bool open;                /* there is something left for it to find */
+    bool open;                /* the step has something left to find */
     union identify_work work; /* of this step */
     struct identify_result results[IDENTIFY_QUANTITIES];
-    /* what the steps found, for later ones */
-    struct params params;  /* results so far, and the inverter's; for tuning */
-    struct params nominal; /* by the user: gives the permitted speed */
+    /* results for later steps */
+    struct params params;  /* results so far, and the inverter's parameters; for tuning */
+    struct params nominal; /* as set by the user: gives the permitted speed */
     struct tuning tuning;  /* of the current loop meanwhile */
     struct burst burst;
     int32_t i_rated_q15;
@@ -296,30 +295,30 @@ struct identify {
     bool reluctant;     /* one inductance is twice the other, or more */
     /* turning */
     bool backwards;       /* the encoder counts down as the field turns: its counter must be reversed */
-    bool indexed;         /* pole pairs and counts are the motor's; until then stand-ins of the same ratio */
+    bool indexed;         /* pole pairs and counts are known; until then assumed values of the same ratio */
     bool retuned;         /* the tuning must be put into effect */
-    bool taken;           /* it is, in the rotor's frame */
+    bool taken;           /* it is in effect, in the rotor's frame */
     int32_t counts;       /* of the encoder since identify began, or since the last take-over */
     int32_t axis_counts;  /* where the axis was measured */
     uint32_t start_q32;   /* rotor's angle at the first one */
     int32_t rpm_max;      /* speed limit from now on */
     int32_t ramp_i_q15;   /* current of the ramps; before that of the push: they take it at least */
-    int64_t ramp_mrad_s2; /* as it has accelerated */
+    int64_t ramp_mrad_s2; /* acceleration */
     int32_t flux_e1_uwb;  /* flux so far, tenths */
-    int32_t swing_rpm;    /* from which rated current reverses the rotor in the time that waves need */
+    int32_t swing_rpm;    /* speed from which rated current reverses the rotor in the time needed for the waves */
     int32_t ripple_q10;   /* of the tuning, where current ripple matters; or 0 */
     int32_t wave_steps;   /* height of the waves used to measure inductance */
-    uint32_t ahead_q32;   /* its frame's lead over the rotor, from constant speeds: corrected at the next take-over */
+    uint32_t ahead_q32;   /* the frame's lead over the rotor, from constant speeds: corrected at the next take-over */
     int32_t torque_d_q15, torque_q_q15; /* the split of rated current with most torque */
 };
 
 /*
  * Before the first step: takes the inverter's ratings and i_rated_ma from `p`. ERROR_NONE, or why these ratings do not fit
- * together. Forgets earlier results. Thread, bridge off.
+ * together. Clears earlier results. Thread, bridge off.
  */
 struct outcome identify_begin(struct identify *d, const struct params *p);
 
-/* One millisecond. True when all that can be done is done: the bridge may go off. Slow loop, bridge on, wiring good. */
+/* One millisecond. True when finished: the bridge may go off. Slow loop, bridge on, wiring good. */
 bool identify_step(struct identify *d, const struct measure_io *io);
 
 /*
@@ -331,13 +330,13 @@ bool identify_takes_over(const struct identify *d);
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c);
 void identify_taken(struct identify *d);
 
-/* What console and bus call a step. Any context. */
+/* A step's name on console and bus. Any context. */
 const char *identify_step_name(uint32_t step);
 
 /* True if the currents are regulated in the rotor's frame: with the tuning in effect. Slow loop. */
 bool identify_in_rotor_frame(const struct identify *d);
 
-/* Another tuning is about to take effect: the encoder's counter must be set up again for it. Thread, bridge off. */
+/* Another tuning will take effect: the encoder's counter must be set up again for it. Thread, bridge off. */
 void identify_leave(struct identify *d);
 
 /* The tuning for current_loop_follow() before that. Slow loop. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Finds the axes and the inductance along each, at standstill, for small changes about a current that holds the rotor. Bursts
- * along 16 angles over half a turn find the axes wherever the rotor rests: alignment.h has the equations. Then come bursts
- * along each of the two axes.
+ * along 16 angles over half a turn find the axes at any rest position: equations in alignment.h. Then bursts along each of the
+ * two axes.
  *
  * From one sample to the next the current of a winding changes by
  *
@@ -10,11 +10,10 @@
  *
  * and a regression on both gives b. With the resistance known, L = R T / -ln(1 - b R).
  *
- * The magnets' axis is the one they were pulled along, as long as it is magnets that pull. If one inductance is twice the
- * other, reluctance may turn the magnets away; then the axis of the smaller one is taken, as in every machine whose magnets
- * lie across the path of the q flux. Such a rotor is not held, since the current would turn it; it is measured at rest. It may
- * have crept on since the axes were found, from one slot to the next; so both waves' responses across are taken, too, and the
- * inductances are those of the axes that these tell.
+ * The magnets' axis is the one along which the rotor was pulled, if the magnets dominate. If one inductance is twice the other,
+ * reluctance may dominate; then the axis of the smaller one is taken, as in machines whose magnets are in the path of the d
+ * flux. Such a rotor is measured without a holding current, which would turn it. It may have moved by a slot since the axes
+ * were found; so the cross responses are measured, too, and the inductances are those along the axes from these.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
@@ -28,34 +27,34 @@
 #define RISE_MS      50
 #define SETTLE_MS    150u
 
-/* Part of the inductance that slots may make vary with the angle. */
+/* Variation of the inductance with the angle, by slots. */
 #define SLOTS_PERMILLE 20
 
 /* The same for a machine that is not held: around zero current the dead-time error is not constant. */
 #define FREE_PERMILLE 25
 
-/* Reluctance turned the rotor at each step of the current that measured the resistance, so the EMF is in the resistance too. */
+/* If reluctance turned the rotor at the current steps of the resistance measurement, that contains EMF, too. */
 #define TURNED_TIMES 3
 
-/* Of the rated current: largest amplitude of the wave on top of the holding current. */
+/* Of the rated current: maximum amplitude of the wave on top of the holding current. */
 #define WAVE_PART 6
 
 /* ---- measuring ---- */
 
 /*
- * A constant current along the last angle of the resistance test, one phase's, holds the rotor there; half of it flows in
- * each of the other two, more than the wave's amplitude. Or there is none. Nothing is compensated: the dead-time error then
- * depends only on the signs of the phase currents. True when all has settled.
+ * A constant current along the last angle of the resistance test, that of a phase, holds the rotor; half of it flows in each of
+ * the other two, more than the wave's amplitude. Or no current. Dead time is not compensated: its error then depends only on
+ * the signs of the phase currents. True when settled.
  */
 static bool settle(const struct identify *d, volatile struct current_loop *c, bool held)
 {
     current_loop_field(c, PULLED_Q32, 0);
-    current_loop_ask_d(c, held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0);
+    current_loop_set_i_d(c, held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0);
     current_loop_compensate(c, false);
     return d->phase_ms > SETTLE_MS;
 }
 
-/* One phase with the rotor held, one with it free; a rotor that reluctance would turn is not held at all. */
+/* One phase with the rotor held, one with it free; a rotor that reluctance would turn is not held. */
 bool identify_measure_axes(struct identify *d, const struct measure_io *io)
 {
     struct identify_axes *const m = &d->work.axes;
@@ -73,7 +72,7 @@ bool identify_measure_axes(struct identify *d, const struct measure_io *io)
     }
     identify_play(d, io, PULLED_Q32, m->bursts / BURSTS_ANGLE * STEP_Q32);
     if (m->bursts + d->phase == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
-        b->v_steps /= 2; /* dead time acted against the first pulses */
+        b->v_steps /= 2; /* dead time has reduced the first pulses */
         return false;
     }
     burst_add(&s, b, io->loop->vbus_q15);
@@ -90,7 +89,7 @@ bool identify_measure_axes(struct identify *d, const struct measure_io *io)
     return d->phase == IDENTIFY_PASSES;
 }
 
-/* Alternates d and q; the halves are one after the other, so that a rotor that moves meanwhile shows. */
+/* Alternates d and q; two halves in sequence, so that motion of the rotor becomes visible. */
 bool identify_measure_inductance(struct identify *d, const struct measure_io *io)
 {
     struct identify_inductance *const m = &d->work.inductance;
@@ -115,8 +114,8 @@ bool identify_doubled(const struct measure_axes *m)
 enum identify_reason identify_evaluate_axes(struct identify *d)
 {
     const struct identify_axes *const m = &d->work.axes;
-    const uint32_t held_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_HELD]);
-    const uint32_t free_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_FREE]);
+    const uint32_t held_q32 = measure_axes_angle_q32(&m->sums[IDENTIFY_HELD]);
+    const uint32_t free_q32 = measure_axes_angle_q32(&m->sums[IDENTIFY_FREE]);
     d->reluctant = identify_doubled(&m->sums[IDENTIFY_FREE]);
     d->burst.v_steps = d->reluctant ? m->free_steps : m->held_steps;
     const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
@@ -172,8 +171,8 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
 }
 
 /*
- * What a half's waves saw: along[] by themselves, nH. A response across, uq / ud of that along, makes the inverse inductances a
- * matrix [1 / l0, c; c, 1 / l1]. Times l0 l1: mean +- difference on its diagonal, cross beside it.
+ * Result of a half: along[] without coupling, nH. With a cross response, uq / ud of that along, the inverse inductances are a
+ * matrix [1 / l0, c; c, 1 / l1]. Times l0 l1: mean +- difference on its diagonal, cross off it.
  */
 struct seen {
     int64_t along[2], difference, cross, size; /* size: of difference and cross together */
@@ -191,7 +190,7 @@ static struct seen look(const struct identify *d, uint32_t half)
     return s;
 }
 
-/* Twice the angle between the axes that two halves saw has a sine of a fifth or more. */
+/* The axes of both halves differ: the sine of twice the angle between them is a fifth or more. */
 static bool axes_moved(const struct seen *a, const struct seen *b)
 {
     const int64_t along = identify_scaled(a->difference, b->cross, b->size),
@@ -199,7 +198,7 @@ static bool axes_moved(const struct seen *a, const struct seen *b)
     return identify_size(along - across) * 5 > a->size;
 }
 
-/* Along the axes of a rotor that nothing holds: the smaller one first. */
+/* Inductances along the axes of a free rotor: the smaller one first. */
 static void turn_to_axes(struct seen *s)
 {
     const int64_t mean = (s->along[0] + s->along[1]) / 2, l0 = s->along[0], l1 = s->along[1];

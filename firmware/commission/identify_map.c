@@ -1,22 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Inductances and fluxes over current, in the rotor's frame: waves on top of a current (pulses.h), while the rotor
- * turns slowly. Three legs, each a step:
+ * Inductances and fluxes over current, in the rotor's frame: waves on top of a current (pulses.h), while the rotor turns
+ * slowly. Three parts, each a step:
  *
  *     along     i_d against the magnets and with them, at a constant speed
- *     across    i_q to either side by turns, which swings the rotor between two speeds
- *     torque    the same, with i_d as it makes most torque, where reluctance has a part in that
+ *     across    i_q of alternating sign, which moves the rotor between two speeds
+ *     torque    the same, with i_d of maximum torque per current, if reluctance contributes
  *
- * Swings by turns have waves, or their voltages are summed up over the speed:
+ * Either waves are played, or voltages are summed over the speed:
  *
  *     v_q = R i_q + w psi_d        v_d = R i_d - w psi_q
  *
- * so the slopes are the fluxes of this very current, and neither resistance nor dead time, which do not change with the
- * speed, are in them.
+ * so the slopes are the fluxes at this current, independent of resistance and dead time, which do not change with speed.
  *
- * Dead time costs what the signs of the phases' currents say. So a wave waits until the current lies near to a phase, where
- * the two others carry enough of it not to change their signs. Where the current ripples, compensation would follow waves, and
- * there is none: its knee is as wide as the ripple.
+ * The dead-time error depends on the signs of the phase currents. So a wave is played when the current is close to a phase's
+ * axis, where the two others are large enough not to change sign. With current ripple there is no compensation meanwhile:
+ * within its knee, which is as wide as the ripple, it would respond to the wave.
  */
 #include <stddef.h>
 
@@ -26,25 +25,25 @@
 #include "lib/deadtime.h"
 #include "lib/polar.h"
 
-/* ==== maps from what was measured ==== */
+/* ==== evaluation of the map ==== */
 
 /*
  * Evaluates the map's waves and voltages. Two coupled windings respond to a voltage along d by
  *
  *     di_d = u T L_qq / D,   di_q = -u T L_dq / D,   D = L_dd L_qq - L_dq^2
  *
- * so a wave sees L_dd less L_dq^2 / L_qq, and the response across it over that along it is -L_dq / L_qq; along q the same
+ * so a wave sees L_dd less L_dq^2 / L_qq, and the ratio of the responses across and along is -L_dq / L_qq; along q the same
  * with d and q exchanged. The sign of L_dq is that of i_q; L_dd and L_qq are the same for both.
  */
 
 #define MILLION       1000000
-#define COUPLED_MAX   500000 /* millionths: more is no machine */
+#define COUPLED_MAX   500000 /* millionths: plausibility limit */
 #define MIN_BURSTS    8u
-#define CROSS_BOUND   5   /* thousandths: what angle and slots take for saturation across */
-#define SALIENT_PART  4   /* of the rated current: less of it in d is not worth a point of its own */
-#define LATE_MS       5   /* until a current has turned round */
-#define SWING_MS      80  /* from one speed to the other: so many waves, and some */
-#define LONG_SWING_MS 150 /* of a reluctant machine, until it has come past a phase */
+#define CROSS_BOUND   5   /* thousandths: error of cross saturation by angle and slots */
+#define SALIENT_PART  4   /* of the rated current: with less of it in d there is no point of its own */
+#define LATE_MS       5   /* time for reversal of a current */
+#define SWING_MS      80  /* from one speed to the other: time for the waves */
+#define LONG_SWING_MS 150 /* of a reluctance machine, until it has passed a phase's axis */
 #define LATE_PART     3
 #define MIN_PHASE     3  /* in it there is a third of the current that lies along another, or a little more */
 #define HIDDEN_TENTHS 7  /* of that */
@@ -56,9 +55,9 @@
 
 /* ---- one point ---- */
 
-/* What was seen with i_q to one side. */
+/* Results with one sign of i_q. */
 struct seen {
-    int64_t nh[2];     /* along d, along q; 0: nothing */
+    int64_t nh[2];     /* along d, along q; 0: none */
     int64_t cross_ppm; /* L_dq by L_qq */
 };
 
@@ -86,13 +85,13 @@ static bool was_seen(const struct identify_map_point *p)
     return p->bursts[0] >= MIN_BURSTS && p->bursts[1] >= MIN_BURSTS;
 }
 
-/* By how much a wave goes to either side, in Q15 of current. */
+/* Amplitude of a wave, in Q15 of current. */
 static int64_t wave_q15(const struct identify *d, const struct burst_sums *s)
 {
     return s->count == 0 ? 0 : identify_size(identify_scaled(s->ud, d->burst.hold, s->count));
 }
 
-/* Where dead time is compensated, and a wave across the current goes through phases within the compensation's knee. */
+/* Dead time is compensated, and a wave across the current reaches phases within the compensation's knee. */
 static bool is_in_knee(const struct identify *d, const struct identify_map_point *p, uint32_t axis)
 {
     const int64_t min_q15 = p->i_q_q15 * MIN_PERCENT / 100;
@@ -101,8 +100,8 @@ static bool is_in_knee(const struct identify *d, const struct identify_map_point
 }
 
 /*
- * The inductance along an axis of points `from` to the last. What the current's gain shifts it by: by the slope to the point
- * before, or for the first to the next, `steps` of them from no current on.
+ * The inductance along an axis of points `from` to the last. Its error by the current's gain follows from the slope to the
+ * previous point, or for the first one to the next, `steps` of them from zero current.
  */
 static void know_along_axis(struct identify *d, enum identify_quantity first, uint32_t axis, const int32_t steps[])
 {
@@ -128,7 +127,7 @@ static void know_along_axis(struct identify *d, enum identify_quantity first, ui
     }
 }
 
-/* Of v_q's and v_d's slopes with i_q to either side; false: they were not passed. 0.1 uWb. */
+/* From slopes of v_q and v_d with both signs of i_q, 0.1 uWb; false: not measured. */
 static bool map_know_flux(struct identify *d, const struct identify_map_point *p, uint32_t which,
                           struct identify_spread *flux)
 {
@@ -143,7 +142,7 @@ static bool map_know_flux(struct identify *d, const struct identify_map_point *p
 
 /* ---- along ---- */
 
-/* nV in d, without those that the current across takes from it: w Lq i_q; these in `cross`. */
+/* nV in d without w Lq i_q, which is in `cross`. */
 static int64_t along_nv(const struct identify *d, const struct measure_run *r, int64_t *cross_nv)
 {
     const int64_t flux_fwb = identify_ua(d, r->i, r->count) * d->results[IDENTIFY_LQ].value;
@@ -177,7 +176,7 @@ static void know_resistance(struct identify *d)
     d->params.resistance_mohm = (int32_t)(uohm < 1000 ? 1 : scale(uohm, 1, 1000));
 }
 
-/* rpm that rated current makes in LATE_MS, as the ramps have accelerated it. */
+/* Speed change, rpm, by rated current in LATE_MS, from the ramps' acceleration. */
 static int64_t late_rpm(const struct identify *d)
 {
     const int64_t at_rated =
@@ -193,10 +192,10 @@ enum identify_reason identify_evaluate_along(struct identify *d)
         identify_refuse(d, IDENTIFY_LD_D1, IDENTIFY_LD_D2, IDENTIFY_TURNED);
         know_resistance(d);
     }
-    /* swings that are long enough; unless it would be far too fast before the current has turned round */
+    /* long enough; refused if the speed changes too much during the reversal of the current */
     const int64_t late = late_rpm(d);
     d->swing_rpm = identify_within(late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS), d->rpm_max);
-    if (d->ramp_mrad_s2 == 0 || late * LATE_PART > d->rpm_max) { /* too few samples: lighter still */
+    if (d->ramp_mrad_s2 == 0 || late * LATE_PART > d->rpm_max) { /* too few samples: inertia is smaller still */
         identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
     }
     return IDENTIFY_NO_REASON;
@@ -204,7 +203,7 @@ enum identify_reason identify_evaluate_along(struct identify *d)
 
 /* ---- across ---- */
 
-/* The current that makes most torque, by the flux across that rated current alone makes. */
+/* The current split of maximum torque, by the q flux at rated current. */
 static bool choose_torque(struct identify *d)
 {
     struct identify_spread across;
@@ -233,8 +232,8 @@ static int64_t voltage_mv(const struct identify *d, const struct identify_map_po
 }
 
 /*
- * Across the current a wave goes through the two phases that carry least, a third of it. Where they change their signs with
- * that or with the ripple, dead time is a part of what answers.
+ * Across the current a wave drives the two phases with the smallest current, a third of it. If they change their signs by the
+ * wave or the ripple, dead time is part of the response.
  */
 static bool is_hidden(const struct identify *d, const struct identify_map_point *p)
 {
@@ -269,9 +268,9 @@ enum identify_reason identify_evaluate_across(struct identify *d)
     return IDENTIFY_NO_REASON;
 }
 
-/* ---- most torque ---- */
+/* ---- maximum torque per current ---- */
 
-/* The interval of a flux of one current: what its gain does to it is in the quantity that is made of both. */
+/* The interval of a flux at one current; its gain error is included in the derived quantity. */
 static void know_torque_flux(struct identify *d, enum identify_quantity what, const struct identify_spread *flux)
 {
     identify_set(d, what, flux->mean,
@@ -302,18 +301,18 @@ enum identify_reason identify_evaluate_torque(struct identify *d)
 #define QUARTER_Q32    0x40000000u
 #define SIXTH_Q32      0x2AAAAAABu
 #define NEAR_Q32       0x0CCCCCCDu /* 18 degrees */
-#define NEARER_Q32     0x093E93E9u /* 13, beside a small current */
-#define NEAREST_Q32    0x071C71C7u /* 10, of a current that ripples, and half of the speed */
+#define NEARER_Q32     0x093E93E9u /* 13 degrees, at a small current */
+#define NEAREST_Q32    0x071C71C7u /* 10 degrees with ripple, and half of the speed */
 #define ARRIVED_PART   16          /* of the rated current */
 #define ARRIVE_MS      10u
 #define RISE_MS        20
 #define SETTLE_MS      40u
-#define SUM_MS         128u /* of a reluctant machine's resistance */
-#define ALONG_PART     3    /* of the largest speed */
-#define RELUCTANT_PART 6    /* there a frame that is off by a degree would show in the resistance */
-#define MIN_WAYS       4u   /* from end to end: a pair of ways with waves, a pair with sums */
-#define SUM_WAYS       2u
-#define ENOUGH_WAYS    6u
+#define SUM_MS         128u /* for the resistance of a reluctance machine */
+#define ALONG_PART     3    /* of the maximum speed */
+#define RELUCTANT_PART 6    /* in that case an angle error of a degree would affect the resistance */
+#define MIN_RUNS       4u   /* runs from speed to speed: a pair with waves, a pair with sums */
+#define SUM_RUNS       2u
+#define MAX_RUNS       6u
 #define TIMEOUT_MS     2500u
 
 /* Of rated current, in twelfths: halves and thirds. */
@@ -321,7 +320,7 @@ enum identify_reason identify_evaluate_torque(struct identify *d)
 static const int8_t along_twelfths[] = {-12, -6, 6, 12};
 static const int8_t across_twelfths[] = {4, 8, 12};
 
-/* ---- the points of a leg, each a phase ---- */
+/* ---- the points of a step, each a phase ---- */
 
 static bool is_small(const struct identify *d, const struct identify_map_point *p)
 {
@@ -333,13 +332,13 @@ static struct identify_map_point *begin_point(struct identify *d, int32_t i_d_q1
     struct identify_map *const m = &d->work.map;
     struct identify_map_point *const p = &m->at[m->points++];
     *p = (struct identify_map_point){.i_d_q15 = i_d_q15, .i_q_q15 = i_q_q15, .rpm = q15_max(rpm, 1)};
-    /* beside a small current that ripples a small wave, lest phases change their signs */
+    /* at a small current with ripple a small wave, so that phases do not change their signs */
     const bool halved = d->ripple_q10 != 0 && is_small(d, p);
     p->v_steps = halved ? q15_max(d->wave_steps / 2, 1) : d->wave_steps;
     return p;
 }
 
-/* True if it is this leg's first millisecond, and there are points to measure. */
+/* True if it is this step's first millisecond, and there are points to measure. */
 static bool begins(struct identify *d, const struct measure_io *io)
 {
     if (d->ms != 1u || !d->open) {
@@ -355,7 +354,7 @@ static bool begins(struct identify *d, const struct measure_io *io)
 
 static void next_point(struct identify *d)
 {
-    d->work.map.way_ms = d->work.map.ways = 0;
+    d->work.map.run_ms = d->work.map.runs = 0;
     identify_enter(d, d->phase + 1u);
 }
 
@@ -374,7 +373,7 @@ static bool arrived(const struct identify *d, const volatile struct current_loop
     return away_q15 * ARRIVED_PART <= d->i_rated_q15;
 }
 
-/* True if the current lies near a phase, on either side. */
+/* True if the current is close to a phase's axis, of either sign. */
 static bool near_phase(const struct identify *d, const struct identify_map_point *p,
                        const volatile struct current_loop *c)
 {
@@ -384,7 +383,7 @@ static bool near_phase(const struct identify *d, const struct identify_map_point
     return (i_q32 + near_q32) % SIXTH_Q32 <= 2u * near_q32;
 }
 
-/* Waves along and across take turns. */
+/* Alternates waves along and across. */
 static void play(struct identify *d, struct identify_map_point *p, uint32_t half, bool both,
                  const struct measure_io *io)
 {
@@ -400,7 +399,7 @@ static void play(struct identify *d, struct identify_map_point *p, uint32_t half
         p->v_steps = q15_min(p->v_steps, room_steps);
     }
     if (p->v_steps > room_steps) {
-        return; /* it turns faster than at the first */
+        return; /* the rotor turns faster than at the first wave */
     }
     d->burst.v_steps = p->v_steps;
     identify_play(d, io, field_q32, field_q32 + axis * QUARTER_Q32);
@@ -417,7 +416,8 @@ static bool has_all(const struct identify_map_point *p)
 
 static void begin_along(struct identify *d)
 {
-    const uint32_t points = d->reluctant ? 2u : 4u; /* with the magnets, reluctance turns it round */
+    /* with current in the magnets' direction reluctance would turn the rotor */
+    const uint32_t points = d->reluctant ? 2u : 4u;
     d->wave_steps = d->burst.v_steps;
     for (uint32_t k = 0; k < points; k++) {
         (void)begin_point(d, d->i_rated_q15 * along_twelfths[k] / TWELFTHS, 0,
@@ -432,14 +432,14 @@ bool identify_measure_along(struct identify *d, const struct measure_io *io)
         begin_along(d);
     }
     if (d->phase == m->points) {
-        return true; /* the next leg begins with this speed */
+        return true; /* the next step begins at this speed */
     }
     struct identify_map_point *const p = &m->at[d->phase];
     const uint32_t settle_ms = SETTLE_MS + (d->reluctant ? SUM_MS : 0u);
     const int32_t from_q15 = d->phase == 0u ? 0 : m->at[d->phase - 1u].i_d_q15;
-    /* the constant speeds have ended that way round; time counts while it is there */
+    /* the constant speeds have ended in that direction; time counts while the speed is reached */
     d->phase_ms -= measure_spin(io, -p->rpm, identify_i_max_q15(d)) ? 0u : 1u;
-    current_loop_ask_d(io->loop, from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS));
+    current_loop_set_i_d(io->loop, from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS));
     if (d->phase_ms > settle_ms) {
         play(d, p, p->bursts[0] > p->bursts[1] ? 1u : 0u, false, io);
     } else if (d->phase_ms > SETTLE_MS) {
@@ -458,23 +458,23 @@ static void sum_up(struct identify_map_point *p, int32_t sign, const struct meas
     measure_run_add(&p->run[half][1], io, -sign * io->loop->v_d_q15);
 }
 
-/* A swing that never comes past a phase becomes wider. */
+/* A run that passes no phase's axis becomes longer. */
 static void map_turn_round(const struct identify *d, struct identify_map *m, struct identify_map_point *p,
                            int32_t x_q15)
 {
-    m->way_ms++;
+    m->run_ms++;
     if (x_q15 < p->rpm * 32768) {
         return;
     }
     m->sign = -m->sign;
-    m->way_ms = 0;
-    m->ways++;
-    if (m->ways > ENOUGH_WAYS && !has_all(p)) {
+    m->run_ms = 0;
+    m->runs++;
+    if (m->runs > MAX_RUNS && !has_all(p)) {
         p->rpm = q15_min(p->rpm + p->rpm / 4 + 1, q15_max(p->rpm, d->rpm_max));
     }
 }
 
-/* One millisecond of swings; true when all points have theirs. */
+/* One millisecond of runs between two speeds; true when all points are complete. */
 static bool swing(struct identify *d, const struct measure_io *io)
 {
     struct identify_map *const m = &d->work.map;
@@ -484,16 +484,16 @@ static bool swing(struct identify *d, const struct measure_io *io)
     struct identify_map_point *const p = &m->at[d->phase];
     const int32_t max_q15 = p->rpm * 32768, x_q15 = io->speed->estimate.speed_rpm_q15;
     measure_push(io, m->sign * p->i_q_q15);
-    current_loop_ask_d(io->loop, measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS));
-    if (m->way_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
-        if (p->fluxes && (m->ways & SUM_WAYS) != 0u) {
+    current_loop_set_i_d(io->loop, measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS));
+    if (m->run_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
+        if (p->fluxes && (m->runs & SUM_RUNS) != 0u) {
             sum_up(p, m->sign, io);
         } else if (d->ripple_q10 == 0 || q15_abs(x_q15) < max_q15 / 2) {
             play(d, p, m->sign > 0 ? 0u : 1u, true, io);
         }
     }
     map_turn_round(d, m, p, m->sign * x_q15);
-    end_point(d, (m->ways >= MIN_WAYS || !p->fluxes) && has_all(p));
+    end_point(d, (m->runs >= MIN_RUNS || !p->fluxes) && has_all(p));
     return false;
 }
 
@@ -510,7 +510,7 @@ bool identify_measure_across(struct identify *d, const struct measure_io *io)
     return swing(d, io);
 }
 
-/* The last leg ends at rest. */
+/* The last step ends at rest. */
 bool identify_measure_torque(struct identify *d, const struct measure_io *io)
 {
     if (begins(d, io)) {

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Arithmetic for the thread's part of identify, and from sums of samples to physical units. Each division is 128 bits wide. */
+/*
+ * Arithmetic for identify's evaluation, and conversion from sums of samples to physical units. Each division is 128 bits wide.
+ */
 #include <stddef.h>
 
 #include "firmware/commission/identify_parts.h"
@@ -116,7 +118,9 @@ int64_t identify_slope_mrad_s2(const struct measure_run *r)
     return identify_scaled(slope_q24, TWO_PI_E9 * CONFIG_SLOW_HZ, 60000000LL << 24);
 }
 
-/* A swing of height A during a run shifts its slope by up to 4 A over what the speed has grown by; A is rms times sqrt(2). */
+/*
+ * An oscillation of amplitude A during a run shifts its slope by up to 4 A over the increase of speed; A is rms times sqrt(2).
+ */
 #define BENDS_E3 5657
 
 int64_t identify_bent_permille(const struct measure_run *r)
@@ -165,7 +169,7 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
 
 /* ==== results ==== */
 
-/* What identify knows and refuses, and what becomes a parameter of it. */
+/* Results, refusals, and their conversion to parameters. */
 
 #define CROSS_MAX_PM 249 /* as cross_pm takes it */
 
@@ -223,7 +227,7 @@ static int64_t apparent_uh(int64_t flux_e1_uwb, int64_t i_ma)
     return uh < 1 ? 1 : uh;
 }
 
-/* Of current in d the part that it takes from the magnets' flux, or adds to it; calculated with that which is used. */
+/* Change of the magnets' flux by d current, relative to the flux that is used. */
 static uint32_t use_torque(const struct identify *d, struct params *p)
 {
     if (!is_known(d, IDENTIFY_TORQUE_ACROSS) || !is_known(d, IDENTIFY_TORQUE_FLUX) || !is_known(d, IDENTIFY_FLUX)) {
@@ -237,7 +241,7 @@ static uint32_t use_torque(const struct identify *d, struct params *p)
            results_put(&p->cross_pm, q15_clamp(r[IDENTIFY_CROSS].value, -CROSS_MAX_PM, CROSS_MAX_PM));
 }
 
-/* Where reluctance outweighs the magnets the loops go by what the rated current leaves, and by that without one. */
+/* If reluctance outweighs the magnets, the inductances are those at rated current and at zero current. */
 static uint32_t use_inductances(const struct identify *d, struct params *p)
 {
     if (!d->reluctant || !is_known(d, IDENTIFY_LD_Q3) || !is_known(d, IDENTIFY_LQ_Q3)) {
@@ -256,23 +260,22 @@ uint32_t identify_use(const struct identify *d, struct params *p)
            results_take(d, IDENTIFY_COULOMB, &p->friction_unm, 1);
 }
 
-/* ==== gains for what comes next ==== */
+/* ==== tuning of the next step ==== */
 
-/* The tuning by which identify measures: from what is known of the motor by then, which at first is nothing. */
+/* The tuning for a measurement, from what is known of the motor so far. */
 
-/* With these the speed loop's numbers fit their formats, whatever the inverter is; nothing runs by them. */
+/* Placeholders with which the speed loop's numbers fit their formats for any inverter; not used for control. */
 #define FLUX_HZ          400 /* at which the bus voltage would be induced */
 #define INERTIA_PART     700 /* gmm2 by uWb times mA */
 #define INERTIA_MAX      2100000000
 #define INDUCTANCE_PARTS 63 /* tuning.h: w_base L below 64 v_range / i_range */
-#define RELUCTANT_PARTS \
-    15 /* the large one, known without current, falls several times with it: loops would be too fast */
+#define RELUCTANT_PARTS  15 /* the large inductance at zero current is several times smaller with current */
 
 /* While the rotor turns. */
 #define TURNING_HZ       300
 #define TURNING_SPEED_HZ 10
 
-/* What the speed loop could do with it does not matter at standstill, and is little while the rotor turns. */
+/* Ignores limits of the speed loop, which is not used at standstill and little while turning. */
 static bool compute(struct identify *d, int32_t hz, struct tuning *t)
 {
     struct params *const p = &d->params;
@@ -293,7 +296,7 @@ enum identify_reason identify_tune(struct identify *d, int32_t hz)
     if (!compute(d, hz, &t)) {
         return IDENTIFY_STOPPED;
     }
-    t.kp_q_q12 = 0;   /* see calm() */
+    t.kp_q_q12 = 0;   /* see damp_q() */
     t.ripple_q10 = 0; /* the steps set dead-time compensation themselves */
     d->tuning = t;
     return IDENTIFY_NO_REASON;
@@ -318,12 +321,12 @@ void identify_replace(struct identify *d)
     d->retuned = true;
 }
 
-void identify_forget_motor(struct params *p)
+void identify_reset_motor(struct params *p)
 {
     const int64_t trip_ma = p->i_trip_ma * 85LL / 100;
     p->pole_pairs = 1;
-    p->encoder_counts = (int32_t)ENCODER_COUNTS_MAX; /* whatever it has: it is only followed */
-    p->angle_source = PARAM_ANGLE_ENCODER;           /* a prescribed field; whether anything counts does not matter */
+    p->encoder_counts = (int32_t)ENCODER_COUNTS_MAX; /* any value: it is only counted */
+    p->angle_source = PARAM_ANGLE_ENCODER;           /* with a prescribed field; the encoder is not used */
     p->resistance_mohm = identify_within(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
     p->ld_uh = p->lq_uh = identify_within(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
     p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = p->cross_pm = 0;

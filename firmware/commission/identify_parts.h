@@ -7,8 +7,8 @@
 #include "firmware/settings/scale.h"
 
 /*
- * The halves of each step. Measuring, a millisecond: true when the step has all it needs. Slow loop. Thinking: NO_REASON if the
- * next step can begin, or why all that is not known yet is refused. Thread.
+ * The halves of each step. Measure, each millisecond: true when complete. Slow loop. Evaluate: NO_REASON if the next step can
+ * begin, or the reason for refusing all that is not known yet. Thread.
  */
 #define IDENTIFY_HALVES_OF(NAME, name, ...) \
     bool identify_measure_##name(struct identify *d, const struct measure_io *io); \
@@ -20,7 +20,7 @@ bool identify_measure(struct identify *d, const struct measure_io *io);
 
 /* ---- for measuring: slow loop (identify_turn.c) ---- */
 
-/* The step's next phase, whatever it means by that; its milliseconds count from 1. */
+/* Enters a phase of the step; its milliseconds count from 1. */
 static inline void identify_enter(struct identify *d, uint32_t phase)
 {
     d->phase = phase;
@@ -39,13 +39,13 @@ static inline int32_t identify_i_max_q15(const struct identify *d)
     return identify_tenths_q15(d, 8);
 }
 
-/* Plays d->burst along an angle, on a current in this frame. */
+/* Plays d->burst along an angle, on top of a current in this frame. */
 void identify_play(struct identify *d, const struct measure_io *io, uint32_t field_q32, uint32_t angle_q32);
 
-/* Moves the encoder's offset until the EMF is all in q, in some 64 ms; does nothing below a 64th of the bus. */
+/* Adjusts the encoder's offset until the EMF is in q only, in some 64 ms; no effect below 1/64 of the bus. */
 void identify_correct_offset(const struct identify *d, const struct measure_io *io);
 
-/* Brings the rotor to rest in a phase of its own; true when there, or after `patience_ms`. */
+/* Brings the rotor to rest; true when reached, or after `patience_ms`. */
 bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, uint32_t patience_ms);
 
 /* ---- results: thread (identify_numbers.c) ---- */
@@ -88,7 +88,7 @@ struct identify_spread {
 };
 struct identify_spread identify_spread(const int64_t of[], int32_t count);
 
-/* It is a tenth of the mean or more. */
+/* True if the deviation is a tenth of the mean or more. */
 static inline bool identify_scatters(const struct identify_spread *s)
 {
     return s->deviation * 10 > s->mean;
@@ -115,7 +115,7 @@ int64_t identify_change_na(const struct identify *d, int64_t change_256ths);
 int64_t identify_slope_mrad_s2(const struct measure_run *r);
 int64_t identify_flux_of_runs(const struct identify *d, const struct measure_run *const runs[], int32_t count);
 
-/* By how much that slope may be off, as the speed did not grow along a straight line: a coupling swings, friction changes. */
+/* Uncertainty of that slope from nonlinearity: an oscillating coupling, changing friction. */
 int64_t identify_bent_permille(const struct measure_run *r);
 
 /* Inertia from accelerations by two currents, gmm2; 0: they do not differ, or a run has too few samples. */
@@ -125,16 +125,16 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
 /* True if the response along one axis is twice that across it. */
 bool identify_doubled(const struct measure_axes *m);
 
-/* Inductance seen by a wave, nH, as if it were alone; 0: no current response. */
+/* Inductance seen by a wave, nH, without cross-coupling; 0: no current response. */
 int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums *s);
 
-/* Sets the result from two halves, or refuses it; `bound`: errors that not every inductance's interval has. */
+/* Sets the result from two halves, or refuses it; `bound`: additional systematic errors. */
 void identify_know_inductance(struct identify *d, enum identify_quantity what, const int64_t halves[2], int64_t bound);
 
 /* ---- tuning: thread (identify_numbers.c) ---- */
 
-/* Replaces all that is not the inverter's by values that nothing depends on. */
-void identify_forget_motor(struct params *p);
+/* Replaces all motor parameters by neutral values. */
+void identify_reset_motor(struct params *p);
 
 /* Gains for the params known by now and a crossover of `hz`; clamps what does not fit. NO_REASON or STOPPED. */
 enum identify_reason identify_tune(struct identify *d, int32_t hz);

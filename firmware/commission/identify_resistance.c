@@ -7,8 +7,8 @@
 
 /*
  * A first inductance and a first resistance, to within a third: enough to regulate a current, which all later measurements
- * need. Pulses along each phase grow until they drive a twelfth of the rated current; then a loop that is stable with any
- * resistance holds half the rated current, and the voltage it takes is measured.
+ * need. Pulses along each phase increase until they drive 1/12 of the rated current; then a loop that is stable with any
+ * resistance regulates half the rated current, and its voltage is measured.
  */
 
 #define THIRD_Q32   0x55555555u
@@ -17,17 +17,17 @@
 #define PULSES_EACH 4u
 #define MIN_Q15     24 /* one and a half of the ADC's steps, of the mean of many */
 #define RATED_PART  12
-/* Near what dead time takes, small inductances look as if they were salient: thrice that, or a quarter of the rated current. */
+/* Close to the dead-time error small inductances seem salient: at least three times that, or a quarter of the rated current. */
 #define BEYOND_STEPS (CONFIG_DEAD_COUNTS * 3 / 2 << CONFIG_V_SHIFT)
-#define BEYOND_PART  4 /* there twice the voltage may draw four times as much */
+#define BEYOND_PART  4 /* there twice the voltage may drive four times the current */
 
-#define HOLD_HZ      100 /* crossover, and by how much the loop's zero lies below it */
+#define HOLD_HZ      100 /* crossover, and ratio of crossover to the loop's zero */
 #define HOLD_ZERO    4
 #define RAMP_MS      50
 #define SETTLE_MS    300u
 #define HOLD_MEAN_MS 64u
 
-/* Of the resistance: crossover, and how long each step of current is waited for: longer where the iron is slow. */
+/* Of the resistance measurement: crossover, and settling time of each current step: longer with slow iron. */
 #define REGULATE_HZ   250
 #define MIN_SETTLE_MS 10
 #define MAX_SETTLE_MS 60
@@ -85,7 +85,7 @@ static int64_t change_256ths(const struct identify_pulses *m)
     return largest;
 }
 
-/* Three angles tell what goes round twice in a turn. */
+/* Three angles give the second harmonic over the angle. */
 static bool is_reluctant(const struct identify_pulses *m)
 {
     struct measure_axes axes = {0};
@@ -115,7 +115,7 @@ enum identify_reason identify_evaluate_pulses(struct identify *d)
     return identify_tune(d, HOLD_HZ);
 }
 
-/* ---- a current that stands ---- */
+/* ---- constant current ---- */
 
 bool identify_measure_hold(struct identify *d, const struct measure_io *io)
 {
@@ -124,7 +124,7 @@ bool identify_measure_hold(struct identify *d, const struct measure_io *io)
     if (d->ms == 1u) {
         current_loop_field(c, 0, 0);
     }
-    current_loop_ask_d(c, measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS));
+    current_loop_set_i_d(c, measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS));
     if (d->ms > SETTLE_MS) {
         m->v_sum += (int64_t)c->v_d_steps * c->vbus_q15;
         m->i_sum_q15 += c->i_d_q15;
@@ -142,7 +142,7 @@ enum identify_reason identify_evaluate_hold(struct identify *d)
     }
     const int64_t u_uv = scale(m->v_sum, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS * m->count);
     const int64_t r_mohm = scale(u_uv, 1000, identify_ua(d, m->i_sum_q15, m->count));
-    /* the loop's zero at a quarter of its crossover, or where the winding's own is: so nothing lasts longer than this */
+    /* the loop's zero at a quarter of its crossover, or at the winding's pole: limits the settling time */
     const int64_t quick_mohm = scale(d->params.ld_uh, 6283LL * REGULATE_HZ / 4, 1000000);
     const int64_t tau_ms = scale(d->params.ld_uh, 1, r_mohm < 1 ? 1 : r_mohm);
     d->rough_mohm = (int32_t)(r_mohm < MAX_MOHM ? r_mohm : MAX_MOHM);
@@ -154,16 +154,16 @@ enum identify_reason identify_evaluate_hold(struct identify *d)
 /* ==== the resistance ==== */
 
 /*
- * Resistance and the dead-time error. A current I along one phase returns half through each of the other two; each leg loses
- * a voltage that depends only on its own current. Above i_c = 2 Q / Td, where the current swings the node within the dead
- * time, that is V0 - c / |i|: Q is the output charge of a switch, and the edge that the current swings gives back Q / i of the
- * dead time (docs/plant.md: edges). So the voltage along the phase, without any compensation, is
+ * Resistance and the dead-time error. A current I along one phase returns half through each of the other two; each leg loses a
+ * voltage that depends only on its own current. Above i_c = 2 Q / Td, where the current commutates the node within the dead
+ * time, that is V0 - c / |i|: Q is the output charge of a switch, and that edge recovers Q / i of the dead time (docs/plant.md:
+ * edges). So the voltage along the phase, without any compensation, is
  *
  *     u(I) = R I + 2/3 (V0 - c / I) + 2/3 (V0 - 2 c / I) = R I + 4/3 V0 - 2 c / I
  *
  * and three unknowns are fitted to currents in tenths of rated, except the smallest. The levels go from the largest down and
- * back up, so a warming winding shows the same mean at each; the field goes round in steps of 60 degrees, so each phase
- * carries both signs. The rotor is led along softly, since a swinging one induces a voltage.
+ * back up, so that warming of the winding affects all means equally; the field moves in steps of 60 degrees, so that each phase
+ * has both signs. The field moves smoothly, since an oscillating rotor has an EMF.
  */
 
 #define SIXTH_Q32 0x2AAAAAABu
@@ -172,7 +172,7 @@ enum identify_reason identify_evaluate_hold(struct identify *d)
 #define REST_MS   120u
 #define MEAN_MS   10u
 
-/* Shorted windings brake a rotor that swung about the first current, until it has rested so long; and for how long at most. */
+/* Shorted windings brake the rotor after the first current: time at rest required, and time-out. */
 #define BRAKE_MS     400u
 #define BRAKE_MAX_MS 4000u
 
@@ -183,7 +183,7 @@ enum identify_reason identify_evaluate_hold(struct identify *d)
 /* Encoder counts that a rotor at rest may move in total. */
 #define DRIFT_COUNTS 16
 
-#define DEAD_BOUND_E1_NS 200 /* the bus drops within a period, unseen by the sample, and bends u(I) by this much */
+#define DEAD_BOUND_E1_NS 200 /* nonlinearity of u(I) by the drop of the bus voltage within a period */
 
 /* Unit for the inverse of a level; all levels divide it. */
 #define INVERSE 2520
@@ -202,7 +202,7 @@ static int32_t current_q15(const struct identify *d, int32_t level)
     return d->i_rated_q15 * level / IDENTIFY_LEVELS;
 }
 
-/* s^2 (3 - 2 s), s = 0...1: no jolt. */
+/* s^2 (3 - 2 s), s = 0...1: smooth start and end. */
 static uint32_t soft_q16(uint32_t ms)
 {
     const int32_t s_q10 = measure_ramp(1024, ms, MOVE_MS);
@@ -217,7 +217,7 @@ static void move(struct identify *d, volatile struct current_loop *c)
     const uint32_t way_q32 = angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(d->phase_ms);
     current_loop_field(c, d->phase_ms >= MOVE_MS ? angle * SIXTH_Q32 : from_q32 + way_q32, 0);
     if (angle == 0u) {
-        current_loop_ask_d(c, measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS));
+        current_loop_set_i_d(c, measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS));
     }
     if (d->phase_ms == MOVE_MS + REST_MS) {
         identify_enter(d, STANDS);
@@ -228,7 +228,7 @@ static void stand(struct identify *d, volatile struct current_loop *c)
 {
     struct identify_resistance *const m = &d->work.resistance;
     const int32_t level = level_of(m->visit);
-    current_loop_ask_d(c, current_q15(d, level));
+    current_loop_set_i_d(c, current_q15(d, level));
     if (d->phase_ms > d->settle_ms) {
         m->v_sum[m->visit / IDENTIFY_LEVELS][m->angle][level - 1] +=
             (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
@@ -242,7 +242,7 @@ static void stand(struct identify *d, volatile struct current_loop *c)
     identify_enter(d, m->visit == 0u ? MOVES : STANDS);
 }
 
-/* A heavy rotor takes its time. Without an encoder nothing shows it. */
+/* Waits for a heavy rotor to come to rest, as far as the encoder shows it. */
 static bool resistance_rests(struct identify *d)
 {
     if (d->counts != d->work.resistance.from) {
@@ -257,7 +257,7 @@ bool identify_measure_resistance(struct identify *d, const struct measure_io *io
     struct identify_resistance *const m = &d->work.resistance;
     volatile struct current_loop *const c = io->loop;
     if (d->reluctant) {
-        current_loop_hold_d(c, 0); /* each step of the current would turn it */
+        current_loop_hold_d(c, 0); /* each current step would turn it */
         return resistance_rests(d);
     }
     *(d->phase == MOVES ? &m->led : &m->drifted) += d->ms == 1u ? 0 : d->counts - m->from;
@@ -316,7 +316,7 @@ static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
     return identify_scaled(constant, 3LL * 10000000000 / 4 / CONFIG_PWM_HZ, 256LL * CONFIG_BUS_STEPS * vbus_q15);
 }
 
-/* Of each angle, from the levels on the way down (0) and up (1). */
+/* Of each angle, from decreasing (0) and increasing (1) levels. */
 struct solution {
     int64_t slopes[2][IDENTIFY_ANGLES], delays[2][IDENTIFY_ANGLES];
 };
@@ -326,34 +326,34 @@ static void solve(const struct identify *d, struct solution *s)
     const struct identify_resistance *const m = &d->work.resistance;
     const int64_t vbus_q15 = scale(m->vbus_sum_q15, 1, (int64_t)IDENTIFY_ANGLES * VISITS * MEAN_MS);
     for (int32_t k = 0; k < 2 * IDENTIFY_ANGLES; k++) {
-        const int32_t way = k / IDENTIFY_ANGLES, angle = k % IDENTIFY_ANGLES;
+        const int32_t pass = k / IDENTIFY_ANGLES, angle = k % IDENTIFY_ANGLES;
         int64_t y[IDENTIFY_LEVELS];
         for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
-            y[n] = identify_scaled(m->v_sum[way][angle][n], 1, MEAN_MS);
+            y[n] = identify_scaled(m->v_sum[pass][angle][n], 1, MEAN_MS);
         }
         const struct fit fit = fit_levels(y);
-        s->slopes[way][angle] = uohm(d, fit.slope);
-        s->delays[way][angle] = tenth_ns(fit.constant, vbus_q15);
+        s->slopes[pass][angle] = uohm(d, fit.slope);
+        s->delays[pass][angle] = tenth_ns(fit.constant, vbus_q15);
     }
 }
 
-/* Mean of both ways, and half their difference, which a rotor that moves with the current causes. */
-struct ways {
+/* Mean of decreasing and increasing levels, and half their difference, which is caused by motion of the rotor. */
+struct passes {
     struct identify_spread mean;
     int64_t apart;
 };
 
-static struct ways both(int64_t of[2][IDENTIFY_ANGLES])
+static struct passes both(int64_t of[2][IDENTIFY_ANGLES])
 {
     int64_t mean[IDENTIFY_ANGLES];
     for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
         mean[k] = (of[0][k] + of[1][k]) >> 1;
     }
     const int64_t apart = identify_spread(of[0], IDENTIFY_ANGLES).mean - identify_spread(of[1], IDENTIFY_ANGLES).mean;
-    return (struct ways){identify_spread(mean, IDENTIFY_ANGLES), identify_size(apart) >> 1};
+    return (struct passes){identify_spread(mean, IDENTIFY_ANGLES), identify_size(apart) >> 1};
 }
 
-static void know(struct identify *d, const struct ways *r, const struct ways *delay)
+static void know(struct identify *d, const struct passes *r, const struct passes *delay)
 {
     const int64_t gain = identify_permille(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE);
     const int64_t bus = identify_permille(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE);
@@ -364,7 +364,7 @@ static void know(struct identify *d, const struct ways *r, const struct ways *de
     d->params.resistance_mohm = identify_within(scale(r->mean.mean, 1, 1000), 100000);
 }
 
-/* The field leads the rotor; a rotor that moves on while the field stands is driven. Without an encoder no motion shows. */
+/* A rotor that moves while the field is fixed is driven by a load. Needs an encoder. */
 static bool resistance_driven(const struct identify_resistance *m)
 {
     return q15_abs(m->drifted) > q15_abs(m->led) / 2 + DRIFT_COUNTS;
@@ -380,7 +380,7 @@ static enum identify_reason resistance_judge(struct identify *d)
     }
     struct solution s;
     solve(d, &s);
-    const struct ways r = both(s.slopes), delay = both(s.delays);
+    const struct passes r = both(s.slopes), delay = both(s.delays);
     if (r.mean.mean <= 0) {
         return IDENTIFY_NOT_RESISTIVE;
     }
@@ -400,6 +400,6 @@ enum identify_reason identify_evaluate_resistance(struct identify *d)
     if (against != IDENTIFY_NO_REASON) {
         identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_DEAD_TIME, against);
     }
-    /* the inductances do not need it */
+    /* not needed for the inductances */
     return against == IDENTIFY_RATED_SMALL || against == IDENTIFY_NOT_RESISTIVE ? IDENTIFY_STOPPED : IDENTIFY_NO_REASON;
 }

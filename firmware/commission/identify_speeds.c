@@ -5,13 +5,13 @@
 /* ==== push and ramps ==== */
 
 /*
- * The rotor swings between two speeds, driven by one current in alternating directions. Passing the same speeds once gaining
- * and once slowing down, friction and load are the same but the torques differ: J = (T1 - T2) / (a1 - a2), whatever the
- * friction. The flux that makes the torque is that of this current, from the voltage over the speed of these very ramps.
+ * The rotor is accelerated and braked between two speeds by one current of alternating sign. At the same speed friction and
+ * load are equal in both, but the torques differ: J = (T1 - T2) / (a1 - a2), whatever the friction. The flux is that at this
+ * current, from voltage over speed of the same ramps.
  */
 
 #define RAMPS_TIMEOUT_MS 5000u
-#define SLOW_TENTHS      2 /* of the largest speed: between these two a run is taken */
+#define SLOW_TENTHS      2 /* of the maximum speed: range that is evaluated */
 #define FAST_TENTHS      9
 #define FEW_RAMPS        4 /* of a reluctant machine, whose ramps are long */
 #define PAIRS_MAX        (IDENTIFY_RAMPS - 1)
@@ -20,7 +20,7 @@
 
 #define FRAME_MRAD 60 /* 3.4 degrees */
 
-/* Of the flux, at rated current: machines of the bench lose 2 to 4 % at 1.5 times that. */
+/* Of the flux, at rated current: simulated machines lose 2 to 4 % at 1.5 times that. */
 #define SATURATION_PERMILLE 50
 
 static uint32_t ramps(const struct identify *d)
@@ -30,7 +30,7 @@ static uint32_t ramps(const struct identify *d)
 
 /* ---- measuring ---- */
 
-/* Speeds as this ramp sees them grow: from -most to most. */
+/* Speed in this ramp's direction: from -max to max. */
 static void accelerate(struct identify *d, const struct measure_io *io)
 {
     struct identify_ramps *const m = &d->work.ramps;
@@ -48,10 +48,7 @@ static void accelerate(struct identify *d, const struct measure_io *io)
     }
 }
 
-/*
- * Where only a small current lets the offset be known, a constant speed has one: the frame is put right there. True when
- * it is.
- */
+/* If the offset can be measured only at a small current, the frame is corrected at constant speed first. True when done. */
 static bool ramps_lead(struct identify *d, const struct measure_io *io)
 {
     struct identify_ramps *const m = &d->work.ramps;
@@ -78,8 +75,8 @@ bool identify_measure_ramps(struct identify *d, const struct measure_io *io)
 /* ---- evaluation ---- */
 
 /*
- * Of a ramp: slowing down and gaining speed, one current flows, so resistance and dead time are one intercept. Speeds of both
- * signs are a lever three times as long as those of one.
+ * Of a ramp: braking and accelerating have the same current, so resistance and dead time are a common intercept. Speeds of both
+ * signs triple the range.
  */
 static int64_t flux_e1_uwb(const struct identify *d, const struct measure_run *slows, const struct measure_run *gains)
 {
@@ -92,7 +89,7 @@ static int64_t flux_e1_uwb(const struct identify *d, const struct measure_run *s
     return identify_flux_of_runs(d, &run, 1);
 }
 
-/* In a frame that is off, the current across makes some flux along: nH by mrad by uA, 1e-18 Wb. */
+/* With an angle error of the frame q current contributes to the d flux: nH by mrad by uA, 1e-18 Wb. */
 static int64_t salient_e1_uwb(const struct identify *d)
 {
     const int64_t difference_nh = identify_size(d->results[IDENTIFY_LQ].value - d->results[IDENTIFY_LD].value);
@@ -102,7 +99,7 @@ static int64_t salient_e1_uwb(const struct identify *d)
 static enum identify_reason ramps_know_flux(struct identify *d)
 {
     const struct identify_ramps *const m = &d->work.ramps;
-    const uint32_t first = d->reluctant ? 0u : 1u; /* the very first begins at rest, if it is not led */
+    const uint32_t first = d->reluctant ? 0u : 1u; /* the first one starts at rest, unless it is run up */
     int64_t of[IDENTIFY_RAMPS];
     for (uint32_t k = first; k < ramps(d); k++) {
         of[k] = flux_e1_uwb(d, &m->slows[k], &m->gains[k]);
@@ -112,7 +109,7 @@ static enum identify_reason ramps_know_flux(struct identify *d)
         return flux.mean < MIN_E1_UWB ? IDENTIFY_TOO_SLOW : IDENTIFY_SCATTER;
     }
     d->flux_e1_uwb = (int32_t)flux.mean;
-    /* what saturation takes of it grows with the square of the current across */
+    /* saturation increases with the square of the q current */
     const int64_t squared = scale((int64_t)d->ramp_i_q15 * d->ramp_i_q15, SATURATION_PERMILLE * 1000LL,
                                   (int64_t)d->i_rated_q15 * d->i_rated_q15);
     const int64_t gain_e1_uwb = identify_permille(flux.mean, IDENTIFY_BUS_GAIN_PERMILLE);
@@ -168,9 +165,9 @@ enum identify_reason identify_evaluate_ramps(struct identify *d)
 /* ==== pushes ==== */
 
 /*
- * A current across the magnets grows until the rotor turns, and pushes it forward, back, forward again; each time until the EMF
- * is 4 % of the bus voltage. That is 7 % of the speed that this bus can reach with this motor, whatever its pole pairs. It
- * gives a first flux and a first inertia for regulating the speed.
+ * A q current increases until the rotor turns, and pushes it forward, back, forward again; each time until the EMF is 4 % of
+ * the bus voltage. That is 7 % of the maximum speed at this bus voltage, independent of pole pairs. It gives a first flux and a
+ * first inertia for regulating the speed.
  */
 
 #define EMF_PART     25 /* of the bus */
@@ -182,7 +179,7 @@ enum identify_reason identify_evaluate_ramps(struct identify *d)
 #define MIN_TENTHS   2 /* of the rated current */
 #define RAMP_TENTHS  4
 #define STEEP_TENTHS 7 /* of a reluctant machine, whose ramps are long */
-#define TIMES_HALVES 3 /* of what the first motion took */
+#define TIMES_HALVES 3 /* of the current at the first motion */
 #define REST_MS      50u
 #define INERTIA_MIN  1
 
@@ -215,7 +212,7 @@ static void push_grow(struct identify *d, struct identify_push *m, const struct 
     }
 }
 
-/* A run is what lies between half of the largest speed one way and all of it the other. */
+/* A run is from half of the maximum speed in one direction to all of it in the other. */
 static void push(struct identify *d, struct identify_push *m, const struct measure_io *io, int32_t emf_q15,
                  int32_t max_q15)
 {
@@ -258,7 +255,7 @@ bool identify_measure_push(struct identify *d, const struct measure_io *io)
 
 /* ---- evaluation ---- */
 
-/* As fast as the push was allowed to get. */
+/* Speed limit of the push. */
 static int32_t pushed_rpm(const struct identify *d)
 {
     /* electrical: nV by 0.1 uWb, 1e-2 */
@@ -281,7 +278,7 @@ enum identify_reason identify_evaluate_push(struct identify *d)
     d->params.flux_uwb = identify_within(scale(flux, 1, 10), 10000000);
     d->params.inertia_gmm2 = identify_within(inertia, 2100000000);
     d->rpm_max = pushed_rpm(d);
-    /* as steep as so much of the rated current accelerates */
+    /* slope at this part of the rated current */
     const int64_t torque_nnm = identify_torque_nnm(
         d, flux, d->params.i_rated_ma * (1000LL / 10 * (d->reluctant ? STEEP_TENTHS : RAMP_TENTHS)));
     d->params.ramp_rpm_s = identify_within(scale(torque_nnm, 60000, TWO_PI_E9 / 1000000 * inertia), 1000000);
@@ -295,16 +292,15 @@ enum identify_reason identify_evaluate_push(struct identify *d)
  *
  *     1.5 p psi i_q = Tc sign w + B w + load        v_d = R i_d + w psi sin x - w Lq i_q
  *
- * The part of i_q that changes with direction is friction, the rest is load. The part of v_d that changes gives the angle x
- * by which the frame leads the rotor. A current along the magnets, half the time against them, makes no torque on average
- * and keeps the phase currents away from zero, where dead time is compensated badly: without it, current harmonics made a
- * twentieth of the friction torque.
+ * The part of i_q that changes sign with the direction is friction, the rest is load. The part of v_d that changes gives the
+ * frame's lead x over the rotor. A d current of alternating sign has no mean torque and keeps the phase currents away from
+ * zero, where dead-time compensation is poor: without it, current harmonics caused a twentieth of the friction torque.
  */
 
 #define SETTLE_MS     250u
 #define BLOCK_MS      40u
 #define HALF_MS       (BLOCK_MS * IDENTIFY_BLOCKS / 2u)
-#define TURN_ROUND_MS 100u /* until the speed has settled after i_d changed its sign */
+#define TURN_ROUND_MS 100u /* settling time of the speed after a change of sign of i_d */
 #define ALONG_TENTHS  4    /* of the rated current */
 #define TIMEOUT_MS    4000u
 #define SLOW_PART     3
@@ -312,8 +308,8 @@ enum identify_reason identify_evaluate_push(struct identify *d)
 #define STEP_PARTS    3
 #define SAMPLING_NS   300 /* found on the bench: up to a third of the dead time */
 #define SAMPLES       (IDENTIFY_BLOCKS * (int64_t)BLOCK_MS)
-#define LOAD_PART     20 /* of the rated current: a smaller load counts as none */
-/* Part of the offset that sensors cannot see, 0.01 degrees electrical: sample skew, delay of the voltage. */
+#define LOAD_PART     20 /* of the rated current: a smaller load is ignored */
+/* Systematic error of the offset, 0.01 degrees electrical: sample skew, delay of the voltage. */
 #define OFFSET_BOUND 50
 
 enum {
@@ -332,19 +328,19 @@ static int32_t target_rpm(const struct identify *d)
     return d->phase >= FAST_BACK ? -rpm : rpm;
 }
 
-/* With reluctance it would make a torque. */
+/* With reluctance it would cause torque. */
 static int32_t along_q15(const struct identify *d)
 {
     const int32_t i_q15 = d->reluctant ? 0 : identify_tenths_q15(d, ALONG_TENTHS);
     return d->work.speeds.measured_ms < HALF_MS ? i_q15 : -i_q15;
 }
 
-/* Regulates towards the point's speed; true as long as the reference is there, and what has swung has calmed down. */
+/* Regulates to the point's speed; true once the reference is reached and the speed has settled. */
 static bool settled(struct identify *d, const struct measure_io *io)
 {
     struct identify_speeds *const m = &d->work.speeds;
     const bool there = measure_spin(io, target_rpm(d), identify_i_max_q15(d));
-    current_loop_ask_d(io->loop, along_q15(d));
+    current_loop_set_i_d(io->loop, along_q15(d));
     m->settled_ms = there ? m->settled_ms + 1u : 0u;
     m->waited_ms = there ? 0u : m->waited_ms + 1u;
     return m->settled_ms > SETTLE_MS;
@@ -386,7 +382,7 @@ bool identify_measure_speeds(struct identify *d, const struct measure_io *io)
     if (calm) {
         add(d, io);
     }
-    return d->phase == IDENTIFY_POINTS; /* the map begins at this speed, or the drive goes to rest */
+    return d->phase == IDENTIFY_POINTS; /* the map starts at this speed, or the drive stops */
 }
 
 /* ---- evaluation ---- */
@@ -453,7 +449,7 @@ static void know_offset(struct identify *d)
                  identify_interval(identify_scaled(fast.cross_e2_deg, 1, 5), bound, count_e2_deg));
 }
 
-/* ---- friction: what is measured at one speed, both ways ---- */
+/* ---- friction: measured at one speed in both directions ---- */
 
 struct both_ways {
     const struct identify_point *forward, *back;
@@ -479,8 +475,8 @@ static int64_t speed_mrad_s(struct both_ways at)
 }
 
 /*
- * Error of a torque at these small currents: sensor gains, flux, a third of an ADC step; and the sample misses the middle of
- * the current ripple, which grows with EMF over inductance.
+ * Error of a torque at these small currents: sensor gains, flux, a third of an ADC step; and the sample's offset from the
+ * middle of the current ripple, which increases with EMF over inductance.
  */
 static int64_t bound_nnm(const struct identify *d, struct both_ways at)
 {
@@ -533,11 +529,11 @@ static void know_friction(struct identify *d, struct both_ways slow, struct both
         identify_interval(viscous.deviation, scale(slow_nnm, 1000, apart_mrad_s), scale(fast_nnm, 1000, apart_mrad_s)));
 }
 
-/* ---- all of it ---- */
+/* ---- sequence ---- */
 
 /*
- * A load that drives the shaft one way may depend on speed in any way; inertia was measured against it, and where reluctance is
- * strong its current saturates the magnets' path.
+ * A load in one direction may depend on speed; the inertia was measured with it, and with strong reluctance its current
+ * saturates the d axis.
  */
 static void refuse_loaded(struct identify *d)
 {

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The field turns one electrical turn forward and back, as slowly as for the resistance, and takes the rotor along: this gives
- * the counts per electrical turn and their direction. Pole pairs and counts per mechanical turn remain unknown, only their
- * ratio is known; until an index tells them, a stand-in machine is used that has as many electrical turns per turn as the
- * counter has room for.
+ * The field turns one electrical turn forward and back, slowly, and the rotor follows: this gives counts per electrical turn
+ * and their direction, the ratio of counts per turn to pole pairs. Until the index gives both, the maximum number of pole pairs
+ * that fits into the counter is assumed.
  *
- * Only the winding damps the rotor: see calm() in identify.c. Friction makes it lag the field by the same angle both ways; a
- * load shifts both, and shows in the EMF when the rotor turns faster.
+ * Only the winding damps the rotor: see damp_q() in identify.c. Friction makes it lag by the same angle in both directions; a
+ * load shifts both, and shows in the EMF at higher speed.
  */
 #include "drivers/fabric/encoder.h"
 #include "firmware/commission/identify_parts.h"
@@ -16,18 +15,18 @@
 #define PULLED_Q32     ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
 #define TURN_MS        900u /* a multiple of thirds */
 #define RAMP_MS        200u
-#define SOFT_RAMP_MS   500u /* reluctance holds it less firmly, and it swings more slowly */
+#define SOFT_RAMP_MS   500u /* with reluctance the holding torque is lower, and the rotor oscillates more slowly */
 #define RISE_MS        300
 #define HOLD_MS        450u
 #define RELUCTANT_PART 2 /* of the rated current: enough for reluctance to hold the rotor, off the magnets' axis */
 #define MIN_COUNTS     4
 #define QUARTER_Q32    (1 << 30)
 #define APART_ONE_IN   10
-#define EVEN_PART      3 /* of a third's way, by which another may differ; */
-#define STEADY_PART    8 /* by more than this, it is done again, */
-#define SLOWER         3 /* so many times as slowly */
+#define EVEN_PART      3 /* of a third's travel: allowed difference of another */
+#define STEADY_PART    8 /* with a larger difference it is repeated */
+#define SLOWER         3 /* so many times more slowly */
 
-/* The stand-in machine: the most that the counter and the format of the largest speed have room for. */
+/* The assumed machine: maximum of what fits the counter and the format of the maximum speed. */
 #define STAND_IN_PAIRS 50
 
 /* Largest speed that check_limits() in tuning.c accepts. */
@@ -54,7 +53,7 @@ static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
     m->mean_counts_q8[pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;
 }
 
-/* A rotor that swings nearly as slowly as the field turns does not follow it: then the field turns more slowly. */
+/* A rotor whose oscillation is almost as slow as the field does not follow: repeats more slowly. */
 static bool again(struct identify_turn *m)
 {
     const bool slower = m->unsteady && !m->slowly;
@@ -89,7 +88,7 @@ bool identify_measure_turn(struct identify *d, const struct measure_io *io)
 
 /* ---- evaluation ---- */
 
-/* As many electrical turns per turn as the counter has room for, and its counts: their ratio is what was measured. */
+/* The maximum number of pole pairs that fits, with counts of the measured ratio. */
 static void stand_in(struct params *p, int32_t counts_two_turns)
 {
     const int32_t most = (int32_t)ENCODER_COUNTS_MAX;
@@ -117,7 +116,7 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
     return offset_q32[0] + (uint32_t)((int32_t)(offset_q32[1] - offset_q32[0]) / 2);
 }
 
-/* If reluctance held the rotor, its magnets were at an angle below 90 degrees to the field; their axis was measured before. */
+/* If reluctance held the rotor, the magnets' angle to the field was below 90 degrees; their axis was measured before. */
 static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign, uint32_t field_q32)
 {
     const int64_t moved_q8 = (int64_t)(d->counts - d->axis_counts) * 256;
@@ -151,11 +150,11 @@ enum identify_reason identify_evaluate_turn(struct identify *d)
     return identify_tune_turning(d, IDENTIFY_RATED_SMALL);
 }
 
-/* ==== following the rotor ==== */
+/* ==== for steps that turn the rotor ==== */
 
-/* For the steps that turn the rotor: waves, and a frame that follows it. Slow loop. */
+/* Waves, and a frame that follows the rotor. Slow loop. */
 
-#define MIN_PART            64 /* of the bus: below, dead time and noise are too much of what is induced */
+#define MIN_PART            64 /* of the bus: below, dead time and noise are too large relative to the EMF */
 #define RELUCTANT_AXES_PART 16 /* of the rated current */
 #define REST_MS             50u
 #define FOLLOW_MS           64    /* the offset's */
@@ -183,7 +182,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
     if (q15_max(q_q15, q15_abs(d_q15)) * MIN_PART < c->vbus_q15 || (d->reluctant && large)) {
         return;
     }
-    /* beyond 45 degrees a radian is enough to tell the way */
+    /* limited to 1 radian beyond 45 degrees */
     const int32_t tangent_q15 = q15_abs(d_q15) >= q_q15 ? (d_q15 < 0 ? -Q15_ONE : Q15_ONE) : d_q15 * Q15_ONE / q_q15;
     const int32_t ahead_q15 = w_q15 < 0 ? -tangent_q15 : tangent_q15;
     current_loop_offset(c, c->angle_offset_q32 - (uint32_t)(ahead_q15 * RADIAN_Q32 / FOLLOW_MS));
@@ -197,26 +196,26 @@ bool identify_stop_rotor(const struct identify *d, const struct measure_io *io, 
 /* ==== the index ==== */
 
 /*
- * From one index to the next in the same direction the encoder counts a mechanical turn. The ratio from the field's turn
- * converts that to electrical turns, a whole number: the pole pairs. The speed is the one allowed for the push.
+ * From one index to the next in the same direction the encoder counts a mechanical turn. Divided by the counts per electrical
+ * turn this is a whole number, the pole pairs. The speed is that allowed for the push.
  */
 
-#define TURNS_MAX      50 /* electrical ones to a mechanical: as many pole pairs as there can be */
+#define TURNS_MAX      50 /* maximum number of pole pairs */
 #define TIMEOUT_MS     12000u
 #define STOP_MS        1500u
 #define INDEX_REST_MS  60u
 #define REST_PART      16
-#define WHOLE_PERCENT  20 /* of a pole pair: further from a whole number nothing is known */
+#define WHOLE_PERCENT  20 /* of a pole pair: allowed distance from a whole number */
 #define EDGES_PER_LINE 4
 
-/* Of the largest speed, while pole pairs are known; and that which induces a quarter of the bus voltage. */
+/* Of the maximum speed, with known pole pairs; and that which induces a quarter of the bus voltage. */
 #define SPEED_SHARE 4
 #define EMF_TIMES   6
 
-/* By which inertia is measured: so long from rest to the largest speed. */
+/* For measuring inertia: time from rest to the maximum speed. */
 #define INDEX_RAMP_MS        150
 #define INDEX_RELUCTANT_PART 5 /* of the rated current */
-#define SEARCH_QUARTERS      3 /* of the speed of the push, by whose inertia a reluctant machine's overshoots */
+#define SEARCH_QUARTERS      3 /* of the speed of the push, because a reluctance machine overshoots */
 
 enum search_phase {
     SEARCH_RUN,
@@ -233,7 +232,7 @@ static void index_look(const struct identify *d, struct identify_index *m, const
         return;
     }
     encoder_clear(&io->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
-    /* it may have come after this millisecond's sample */
+    /* it may be later than this millisecond's sample */
     const int32_t at = d->counts - measure_counts(index, io->speed->estimate.count, io->tuning->encoder_counts);
     *(m->seen == 1u ? &m->second : &m->first) = at;
     m->seen++;
@@ -245,7 +244,7 @@ static bool ran_enough(const struct identify *d, const struct identify_index *m)
     return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || d->phase_ms > TIMEOUT_MS;
 }
 
-/* Runs from index to index; true when it has seen what there is. */
+/* Runs from index to index; true when done. */
 static bool search(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
     const int32_t rpm = d->reluctant ? q15_max(d->rpm_max / 4 * SEARCH_QUARTERS, 1) : d->rpm_max;
@@ -280,7 +279,7 @@ bool identify_measure_index(struct identify *d, const struct measure_io *io)
 
 /* ---- evaluation ---- */
 
-/* From the machine that stood in to the motor: what is mechanical changes with the ratio of the turns. */
+/* Replaces the assumed pole pairs: mechanical values scale with their ratio. */
 static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t counts)
 {
     struct params *const p = &d->params;
@@ -295,7 +294,7 @@ static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t coun
     p->speed_max_rpm = d->nominal.speed_max_rpm;
 }
 
-/* The ramps' current: so that they take some tenths of a second, and what the push took at least. */
+/* Current of the ramps: for ramps of some tenths of a second, and at least that of the push. */
 static void choose_ramps(struct identify *d)
 {
     const int64_t way_mrad_s = identify_mrad_s(d->rpm_max * 32768LL, 1);
@@ -304,7 +303,7 @@ static void choose_ramps(struct identify *d)
     const int64_t wanted_ma = scale(wanted_nnm, 1, nnm_per_ma < 1 ? 1 : nnm_per_ma);
     const int32_t range_ma = d->params.i_range_ma;
     const int32_t i_q15 = tuning_q15_from_milli((int32_t)(wanted_ma < range_ma ? wanted_ma : range_ma), range_ma);
-    /* where reluctance is strong the current across changes the flux along, which shall be known next to no current */
+    /* with strong reluctance q current changes the d flux, which is to be measured at almost zero current */
     d->ramp_i_q15 =
         d->reluctant ? d->i_rated_q15 / INDEX_RELUCTANT_PART : q15_clamp(i_q15, d->ramp_i_q15, identify_i_max_q15(d));
 }

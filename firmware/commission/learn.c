@@ -12,7 +12,7 @@
 #define FIELD_HZ     2
 #define TURN_MS      (1000u / FIELD_HZ)
 #define GROWS_SHIFT  6     /* a 64th of the current a millisecond */
-#define SPEED_UP_MS  1000u /* over a turn: slow enough that the rotor does not swing */
+#define SPEED_UP_MS  1000u /* over a turn: slow enough to avoid oscillation */
 #define RECORD_MS    (HALL_LEARN_TURNS * TURN_MS)
 #define LOAD_MAX_Q32 0x20000000 /* 45 degrees between forward and back */
 #define SPREAD_Q32   0x0E38E38E /* 20 degrees from turn to turn */
@@ -36,7 +36,7 @@ int32_t hall_learn_states(const struct hall_learn *l)
 
 /* ---- the field ---- */
 
-/* From standstill to full speed forwards, from there to full speed backwards in twice the time. */
+/* From standstill to full speed forward, then to full speed backward in twice the time. */
 static void move_field(const struct hall_learn *l, volatile struct current_loop *c, const struct tuning *t)
 {
     const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz); /* electrical turns a sample */
@@ -44,7 +44,7 @@ static void move_field(const struct hall_learn *l, volatile struct current_loop 
     const int32_t part_ms = l->phase == FORWARD ? q15_min(ms, max_ms) : q15_max(max_ms - ms, -max_ms);
     const int32_t max_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
     current_loop_field_speed(c, (int32_t)((int64_t)full_q32 * part_ms / max_ms));
-    current_loop_ask(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, max_q15), 0);
+    current_loop_set_currents(c, measure_towards(c->i_d_ref_q15, t->field.i_align_q15, max_q15), 0);
 }
 
 static uint32_t record_from_ms(const struct hall_learn *l)
@@ -62,7 +62,7 @@ static void hall_learn_next_phase(struct hall_learn *l)
 
 /* ---- edges ---- */
 
-/* The field's angle when the switches changed: one back from the next sample, less the time since. */
+/* The field's angle at the edge: that of the last sample, less the travel since the edge. */
 static uint32_t field_at_edge(volatile struct current_loop *c, const struct encoder_regs *e, const struct tuning *t,
                               uint32_t *state)
 {
@@ -106,7 +106,7 @@ static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *
 
 /* ---- the table ---- */
 
-/* Each edge once a turn, both ways the same one; the last turn may end short of one. */
+/* Each edge once a turn, the same in both directions; the last turn may lack one. */
 static bool complete(const struct hall_learn *l)
 {
     for (uint32_t state = 0; state < HALL_STATES; state++) {
@@ -151,7 +151,7 @@ static uint32_t next_after(const uint32_t edge_q32[HALL_STATES], const struct ha
     return nearest;
 }
 
-/* From angle 0 on; each state begins where the one before it ends. */
+/* From angle 0; each state begins where the previous one ends. */
 static bool make_ring(struct hall_learn *l, const uint32_t edge_q32[HALL_STATES])
 {
     uint32_t angle_q32 = 0;
@@ -205,7 +205,7 @@ enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct cur
 
 #define RUN_UP_SHARE 8         /* of a turn, until the speed is steady */
 #define MIN_SHARE    20        /* of the largest harmonic: anything smaller is noise */
-#define JERKED_Q19   (1 << 29) /* no current accelerates so much: the encoder jumped */
+#define JUMP_Q19     (1 << 29) /* beyond any possible acceleration: the encoder jumped */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
 {
@@ -237,18 +237,18 @@ int32_t cogging_learn_direction(const struct cogging_learn *l)
     return forward ? 1 : back ? -1 : 0;
 }
 
-/* Turned in the last millisecond, not against the direction. */
+/* Travel in the last millisecond, in the direction only. */
 static int32_t travel_q7(const struct speed_estimate *e, int32_t direction)
 {
     return q15_max((e->travel_q15 >> 8) * direction, 0);
 }
 
-/* Each sample is of the last step: what the mean of the torques before and after it made of the speed around it. */
+/* A sample of the last step: mean of the torques before and after it, and the speed around it. */
 static struct cogging_sample sample_of(const struct cogging_learn *l, const struct speed_estimate *e,
                                        int32_t torque_q15, int32_t direction, const struct tuning *t)
 {
     const int64_t change_q16 = ((int64_t)e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
-    const int32_t accelerating_q19 = scale_clamp((t->speed_accel_q8 * change_q16) >> 20, -JERKED_Q19, JERKED_Q19);
+    const int32_t accelerating_q19 = scale_clamp((t->speed_accel_q8 * change_q16) >> 20, -JUMP_Q19, JUMP_Q19);
     return (struct cogging_sample){
         .angle_q32 = l->angle_q32,
         .torque_q19 = (torque_q15 + l->torque_q15) * 8 - accelerating_q19,
@@ -315,7 +315,7 @@ static int64_t power(struct cogging_harmonic h)
     return (int64_t)h.cos_q23 * h.cos_q23 + (int64_t)h.sin_q23 * h.sin_q23;
 }
 
-/* Into its place among the largest so far. */
+/* Inserts it in order of size. */
 static void insert(struct cogging_map *m, struct cogging_harmonic h)
 {
     int32_t place = m->count < COGGING_HARMONICS ? m->count++ : COGGING_HARMONICS - 1;
@@ -342,7 +342,7 @@ static void choose(const struct cogging_learn *l, struct cogging_map *m)
 
 bool cogging_learn_review(struct cogging_learn *l, struct cogging_map *m)
 {
-    const bool last = l->phase == COGGING_REVIEW; /* read before taking the rest: no more samples come then */
+    const bool last = l->phase == COGGING_REVIEW; /* read before the rest is taken: then no more samples follow */
     while (l->taken != l->put) {
         correlate(l, &l->samples[l->taken % COGGING_SAMPLES]);
         l->taken++;

@@ -16,21 +16,21 @@
  * `learn hall`: finds which Hall state belongs to which sector, and where the six edges are. A field that the rotor follows
  * turns slowly forward and back, and its angle at each change is recorded:
  *
- *   forth   the field speeds up over a turn, then turns evenly; that part is recorded
- *   back    the same the other way
+ *   forward  the field accelerates over a turn, then turns at constant speed, which is recorded
+ *   back     the same in the other direction
  *
- * Friction makes the rotor lag, and hysteresis makes the switches late, equally in both directions: the middle of forth and
- * back is free of both. Cogging and one-sided loads remain; from 45 degrees between forward and back on, a load is refused.
- * Nothing is guessed: six states in a ring, each edge once a turn, or no table.
+ * Friction makes the rotor lag, and hysteresis delays the switches, equally in both directions: the mean of forward and back is
+ * free of both. Cogging and loads of one direction remain; above 45 degrees between forward and back it is refused. The table
+ * is accepted only with six states in a ring and each edge once a turn.
  */
 
-#define HALL_LEARN_TURNS 4 /* electrical turns recorded each way */
+#define HALL_LEARN_TURNS 4 /* electrical turns recorded in each direction */
 
 enum hall_learn_result {
     HALL_LEARN_RUNNING,
     HALL_LEARN_DONE,
     HALL_LEARN_BLOCKED, /* no edge came */
-    HALL_LEARN_UNCLEAR, /* not six states in a ring, or uneven */
+    HALL_LEARN_UNCLEAR, /* not six states in a ring, or not repeatable */
     HALL_LEARN_LOAD,    /* forward and back differ too much: detail_deg */
 };
 
@@ -45,7 +45,7 @@ struct hall_edge {
 struct hall_learn {
     uint32_t phase, ms;
     uint32_t state;
-    uint32_t edges; /* so far, both ways together */
+    uint32_t edges; /* so far, in both directions */
     bool unclear;
     struct hall_edge forward[HALL_STATES], against[HALL_STATES];
     struct hall_table found;
@@ -66,10 +66,9 @@ int32_t hall_learn_states(const struct hall_learn *l);
 
 /*
  * `learn cogging`: the shaft turns slowly forward and back, a turn each, while the torque at each position is recorded: the
- * motor's torque less the accelerating part, T - J dw/dt, which the speed loop's own response does not affect. Friction takes
- * the sign of the direction and so has no harmonic over a turn, apart from what the mean of both directions removes as well
- * (compare Piccoli, Yim: "Anticogging: torque ripple suppression, modeling, and parameter selection", Int. J. Robotics
- * Research 35(1-3), 2016).
+ * motor's torque less the accelerating part, T - J dw/dt, which the speed loop's own response does not affect. Friction has the
+ * sign of the direction; what depends on position cancels in the mean of both directions (compare Piccoli, Yim: "Anticogging:
+ * torque ripple suppression, modeling, and parameter selection", Int. J. Robotics Research 35(1-3), 2016).
  *
  * The slow loop hands each sample to the thread, which correlates it with the possible orders: multiples of the pole pairs
  * (poles and slots give multiples of 2 p; current errors give p, 2 p, 6 p), once and twice a turn. The largest few form the
@@ -78,7 +77,7 @@ int32_t hall_learn_states(const struct hall_learn *l);
 
 #define COGGING_CANDIDATES 160
 #define COGGING_ORDER_MAX  640
-#define COGGING_SAMPLES    64 /* how far the thread may lag, milliseconds */
+#define COGGING_SAMPLES    64 /* maximum delay of the thread, milliseconds */
 
 enum cogging_phase {
     COGGING_IDLE,
@@ -86,21 +85,21 @@ enum cogging_phase {
     COGGING_FORWARD,
     COGGING_BACK_BEGINS,
     COGGING_BACK,
-    COGGING_REVIEW, /* the thread's turn */
+    COGGING_REVIEW, /* the thread evaluates */
     COGGING_DONE,
 };
 
 struct cogging_sample {
     uint32_t angle_q32;
     int32_t torque_q19;
-    int32_t travel_q7; /* way turned around it, rpm times milliseconds: its weight, so each position weighs the same */
+    int32_t travel_q7; /* its weight: travel, rpm times milliseconds, so that all positions have equal weight */
 };
 
 struct cogging_learn {
     volatile uint32_t phase;      /* enum cogging_phase */
     int64_t from;                 /* counts where the phase began */
     int32_t speed_rpm_q15;        /* at the last step */
-    int32_t torque_q15;           /* asked for in the last step but one */
+    int32_t torque_q15;           /* commanded in the last step but one */
     uint32_t angle_q32;           /* at the last step */
     int32_t travel_q7;            /* in the last step, in the commanded direction */
     volatile uint32_t put, taken; /* samples so far */

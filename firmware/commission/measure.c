@@ -21,7 +21,7 @@ void measure_hold_voltage(volatile struct current_loop *c, uint32_t angle_q32, i
 
 void measure_push(const struct measure_io *io, int32_t i_q_q15)
 {
-    current_loop_ask(io->loop, 0, i_q_q15);
+    current_loop_set_currents(io->loop, 0, i_q_q15);
 }
 
 bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_max_q15)
@@ -87,7 +87,7 @@ struct measure_shares measure_axes_shares(const struct measure_axes *s)
     return (struct measure_shares){(int32_t)re, (int32_t)im, (int32_t)straight};
 }
 
-uint32_t measure_axes_easy_q32(const struct measure_axes *s)
+uint32_t measure_axes_angle_q32(const struct measure_axes *s)
 {
     const struct measure_shares m = measure_axes_shares(s);
     return atan2_q32(m.im, m.re) / 2u;
@@ -98,8 +98,8 @@ uint32_t measure_axes_easy_q32(const struct measure_axes *s)
 #define DAMPING_Q4       48 /* of about 0.4 */
 #define QUICK_DAMPING_Q4 16
 #define QUICK_MS         40
-#define MAX_Q32          ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: beyond, the field would turn the rotor away */
-#define KICK_Q32         (MAX_Q32 / 2)                  /* all that one count may move the field */
+#define MAX_Q32          ((int32_t)(UINT32_MAX / 6u))   /* 60 degrees: limit of the field's shift */
+#define KICK_Q32         (MAX_Q32 / 2)                  /* limit of the shift by one count */
 #define STILL_Q32        ((int32_t)(UINT32_MAX / 180u)) /* 2 degrees, and a count and a half of a coarse encoder */
 #define STILL_COUNT_8    12
 #define QUICK_PARTS      8 /* of the period: half a swing is four of them */
@@ -117,7 +117,7 @@ void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32,
     p->quiet_ms = 0;
 }
 
-/* Against the rotor's motion. Of a coarse encoder a count would throw the field about: it is damped less. */
+/* Opposite to the rotor's motion. Less damping with a coarse encoder, where a count would shift the field much. */
 static int32_t damped_by_q32(const struct pendulum *p, const volatile struct current_loop *c)
 {
     const int32_t behind_q32 = q15_clamp(pendulum_speed_q32(p), -MAX_Q32, MAX_Q32);
@@ -125,7 +125,7 @@ static int32_t damped_by_q32(const struct pendulum *p, const volatile struct cur
     return p->sense == 0 ? 0 : q15_clamp(behind_q32 / 16 * damping_q4, -MAX_Q32, MAX_Q32);
 }
 
-/* Halves the damping where it drives what it should damp. Motion that counts as standing still has no sense. */
+/* Halves the damping if it excites an oscillation. Motion within the standstill threshold has no direction. */
 static void damp_less(struct pendulum *p, int32_t behind_q32, int32_t still_q32)
 {
     p->half_ms++;
@@ -152,7 +152,7 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
     p->filtered_q32 += (uint32_t)(behind_q32 / p->filter_ms);
     p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
     p->applied_q32 = field_q32 - (uint32_t)damped_q32;
-    current_loop_ask(c, current_q15, 0);
+    current_loop_set_currents(c, current_q15, 0);
     current_loop_field(c, p->applied_q32, step_q32 / c->loops_per_slow);
 }
 
@@ -171,7 +171,7 @@ void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, 
     }
 }
 
-/* The field's travel in this millisecond: up to speed, along, and down to rest. */
+/* The field's travel in this millisecond: acceleration, constant speed, deceleration. */
 static int32_t field_pass_travel_q32(const struct field_pass *p)
 {
     const uint32_t down_ms = p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;

@@ -7,29 +7,29 @@
 
 #define DEGREE_Q32    11930465u
 #define DEGREE_Q4_Q32 745654u
-#define RISE_MIN_MS   30      /* a light rotor gets no faster than it is seen to */
-#define RISE_PART     3       /* eighths of the period in which it would swing about that current */
-#define STILL_PART    4       /* of the rise: in which the current is too little to move it */
+#define RISE_MIN_MS   30      /* limits the speed of a light rotor to what is measured in time */
+#define RISE_PART     3       /* eighths of the period of oscillation about that current */
+#define STILL_PART    4       /* of the rise: while the current is too small to move it */
 #define STAYS_PART    2       /* of the rise: how long the current stays */
-#define PATIENT       4       /* times: where it should move */
-#define SPRING_Q16    1235336 /* 6 pi: three times as firm as that swing */
-#define DAMPING       5       /* periods of it: one and a half times what ends it in one */
-#define SPEED_MS      3       /* of the speed's filter, */
+#define LONGER        4       /* times longer where it should move */
+#define SPRING_Q16    1235336 /* 6 pi: three times the frequency of that oscillation */
+#define DAMPING       5       /* periods of it: 1.5 times critical */
+#define SPEED_MS      3       /* of the speed filter */
 #define SPEED_PART    24      /* and of the period, if that is longer */
 #define REST_MS       8
 #define REST_PART     16 /* of the period, if that is longer */
-#define REST_SHIFT    21 /* and 5 ms for a count of a degree: it still turns by less than that */
+#define REST_SHIFT    21 /* and 5 ms for a count of a degree: less motion than that is not visible */
 #define REST_TIMES    8
 #define CATCHES       2
-#define LOST_TIMES    6   /* of what is a motion: so far may it go before it is held more firmly */
+#define LOST_TIMES    6   /* times a motion: travel before it is held with more current */
 #define NEAR_Q4       720 /* 45 degrees */
 #define AWAY_PART     8   /* of an electrical turn */
 #define AWAY_TIMES    8
 #define HALF_Q4       2880 /* a half turn */
 #define BLIND_SHIFT   25   /* a count of 2.8 degrees */
-#define SECOND_DEG    8    /* electrical: how far away the axis is looked at again */
-#define SECOND_MS     32   /* at least, half a period at least, to get there */
-#define WRONG_Q4      180  /* 11.25 degrees: so much is borne, and so exactly told */
+#define SECOND_DEG    8    /* electrical: distance of the second position */
+#define SECOND_MS     32   /* at least, and half a period at least, to move there */
+#define WRONG_Q4      180  /* 11.25 degrees: tolerance and resolution */
 
 enum { STEP_AXIS, STEP_HALVE, STEP_ACROSS, STEP_REVERSE };
 
@@ -65,10 +65,10 @@ void offset_check_start(struct offset_check *o, const struct tuning *t, uint32_t
     };
     push_along(o, STEP_AXIS, 180u * DEGREE_Q32);
     emf_reset(&o->emf, t);
-    emf_of_counts(&o->emf, t->encoder_scale_q32);
+    emf_set_count(&o->emf, t->encoder_scale_q32);
 }
 
-/* ---- what a push has shown ---- */
+/* ---- the result of a push ---- */
 
 static enum offset_result found(struct offset_check *o, int32_t off_q4)
 {
@@ -76,7 +76,7 @@ static enum offset_result found(struct offset_check *o, int32_t off_q4)
     return OFFSET_WRONG;
 }
 
-/* Against the supposed axis, where reluctance makes the torque larger. */
+/* Opposite to the assumed axis, where reluctance increases the torque. */
 static enum offset_result push_off_axis(struct offset_check *o, int32_t middle_q4)
 {
     o->middle_q4 = middle_q4;
@@ -84,20 +84,23 @@ static enum offset_result push_off_axis(struct offset_check *o, int32_t middle_q
     return OFFSET_RUNNING;
 }
 
-/* Nothing is wrong here: then elsewhere, as exchanged phases mirror the angle and would be right at two places of a turn. */
+/*
+ * Right here: continues at the second position, because a mirrored angle (exchanged phases) is right at two positions of a
+ * turn.
+ */
 static enum offset_result go_on(struct offset_check *o)
 {
     push_along(o, STEP_ACROSS, 90u * DEGREE_Q32);
     return o->elsewhere ? OFFSET_RIGHT : OFFSET_RUNNING;
 }
 
-/* On which side of the axis what moved along it says that the magnets are. */
+/* Side of the axis on which the magnets are, from the motion. */
 static int32_t side_of(const struct offset_check *o)
 {
     return o->elsewhere && !o->again ? -o->sense : o->sense;
 }
 
-/* The magnets are on the positive side, or on the negative one: by more than what is borne? */
+/* The magnets are on the positive or negative side: tests whether by more than the tolerance. */
 static enum offset_result take_side(struct offset_check *o, int32_t side)
 {
     const bool mirrored = o->elsewhere && side != 0 && side == -o->side;
@@ -126,7 +129,7 @@ static enum offset_result take_half(struct offset_check *o)
     return q15_abs(middle_q4) < WRONG_Q4 ? go_on(o) : found(o, middle_q4);
 }
 
-/* Along the axis now, so that a load that has hidden something one way shows it the other way. */
+/* Now with opposite current, in case a load has prevented a motion in one direction. */
 static enum offset_result take_across(struct offset_check *o)
 {
     const int32_t sense = o->step == STEP_ACROSS ? o->sense : -o->sense;
@@ -159,7 +162,7 @@ static enum offset_result conclude(struct offset_check *o)
 
 /* ---- a push ---- */
 
-/* With the square of the time: what is far off moves at once, by little current. */
+/* With the square of the time, so that a large error moves the rotor by a small current. */
 static int32_t rising_q15(const struct offset_check *o)
 {
     const int32_t part_q15 = q15_min((int32_t)o->ms, o->rise_ms) * 32768 / o->rise_ms;
@@ -169,15 +172,15 @@ static int32_t rising_q15(const struct offset_check *o)
 static void step_push(struct offset_check *o)
 {
     if ((int32_t)o->ms <= o->rise_ms / STILL_PART) {
-        o->from = o->counts; /* what moves yet is still the push before */
+        o->from = o->counts; /* excludes motion of the previous push */
     }
-    const int32_t way = o->counts - o->from;
-    const int32_t patience = o->step >= STEP_ACROSS ? PATIENT : 1;
+    const int32_t travel = o->counts - o->from;
+    const int32_t factor = o->step >= STEP_ACROSS ? LONGER : 1;
     o->i_q15 = rising_q15(o);
-    if (q15_abs(way) < o->moves && (int32_t)o->ms < patience * (o->rise_ms + o->rise_ms / STAYS_PART)) {
+    if (q15_abs(travel) < o->moves && (int32_t)o->ms < factor * (o->rise_ms + o->rise_ms / STAYS_PART)) {
         return;
     }
-    o->sense = q15_abs(way) < o->moves ? 0 : way < 0 ? -1 : 1;
+    o->sense = q15_abs(travel) < o->moves ? 0 : travel < 0 ? -1 : 1;
     o->hold_sense = o->sense;
     o->holds = true;
     o->caught = 0;
@@ -192,8 +195,8 @@ static bool is_underway(const struct offset_check *o)
 }
 
 /*
- * A load that the opposite of a weak push does not hold: then by the strongest torque that a guess of the magnets' place
- * allows, more likely near than far.
+ * Holds a load that the opposite of a weak push does not hold: with the maximum torque, at an assumed angle close to the
+ * offset.
  */
 static void hold_load(struct offset_check *o)
 {
@@ -206,10 +209,11 @@ static void hold_load(struct offset_check *o)
     o->hold_sense = 1;
 }
 
-/* And if that drives it on, the magnets are on the far side. */
-static void catch_load(struct offset_check *o, int32_t way)
+/* If that accelerates it, the magnets are on the opposite side. */
+static void catch_load(struct offset_check *o, int32_t travel)
 {
-    if (o->step >= STEP_ACROSS || way * o->sense <= LOST_TIMES * (o->caught + 1) * o->moves || o->caught == CATCHES) {
+    if (o->step >= STEP_ACROSS || travel * o->sense <= LOST_TIMES * (o->caught + 1) * o->moves ||
+        o->caught == CATCHES) {
         return;
     }
     o->caught++;
@@ -220,20 +224,23 @@ static void catch_load(struct offset_check *o, int32_t way)
     }
 }
 
-/* Back to where it was pushed from, or, across the axis, on to the second place. */
+/* Back to the start of the push, or, with q current, on to the second position. */
 static int32_t goal(const struct offset_check *o)
 {
     const int32_t ms = q15_min((int32_t)o->ms, o->second_ms);
     return o->step >= STEP_ACROSS ? o->from + o->sense * (o->second * ms / o->second_ms) : o->from;
 }
 
-/* A spring and a damper take it there, by a current of the push's own direction; on the way on, beside what has moved it. */
+/*
+ * Position control by spring and damper, with a current in the push's direction; on the move to the second position in addition
+ * to the current that has moved it.
+ */
 static void step_hold(struct offset_check *o, const struct tuning *t, int32_t moved)
 {
-    const int32_t way = o->counts - goal(o);
+    const int32_t travel = o->counts - goal(o);
     o->speed_q16 += (moved * 65536 - o->speed_q16) / o->speed_ms;
-    catch_load(o, way);
-    const int64_t pull_q16 = (int64_t)way * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
+    catch_load(o, travel);
+    const int64_t pull_q16 = (int64_t)travel * SPRING_Q16 + (int64_t)o->speed_q16 * o->damping_ms;
     const int32_t share_q16 = q15_clamp((int32_t)(pull_q16 * t->encoder_scale_q32 >> 32), -65536, 65536);
     const int32_t i_q15 = -o->hold_sense * (int32_t)(((int64_t)o->i_max_q15 * share_q16) >> 16);
     o->i_q15 = q15_clamp(i_q15 + (is_underway(o) ? o->i_moves_q15 : 0), -o->i_max_q15, o->i_max_q15);
@@ -245,7 +252,7 @@ static bool rests(const struct offset_check *o)
     return (o->still_ms >= o->rest_ms && (o->sense == 0 || !is_underway(o))) || (int32_t)o->ms >= max_ms;
 }
 
-/* A load that falls: what it does to the rotor is no longer the current's. */
+/* A falling load: the motion is not caused by the current. */
 static bool has_turned(const struct offset_check *o, const struct tuning *t)
 {
     return q15_abs(o->counts) > t->encoder_counts / t->pole_pairs / AWAY_PART + AWAY_TIMES * o->moves;
@@ -272,7 +279,7 @@ static void begin_fading(struct offset_check *o)
     o->i_moves_q15 = o->i_q15;
 }
 
-/* A load that was held comes along as the current goes: it is not let fall for a second look, but the drive goes on. */
+/* A held load would move as the current is ramped down: the second test is then skipped. */
 static enum offset_result step_fade(struct offset_check *o)
 {
     const int32_t left_ms = o->rest_ms - (int32_t)o->ms;
@@ -304,11 +311,11 @@ static enum offset_result step_pushes(struct offset_check *o, volatile struct cu
         step_hold(o, t, moved);
     }
     const cossin_t along = cossin_q15(o->along_q32);
-    current_loop_ask(c, (o->i_q15 * along.cos) >> 15, (o->i_q15 * along.sin) >> 15);
+    current_loop_set_currents(c, (o->i_q15 * along.cos) >> 15, (o->i_q15 * along.sin) >> 15);
     return result;
 }
 
-/* ---- a rotor that turns ---- */
+/* ---- a turning rotor ---- */
 
 static enum offset_result step_emf(struct offset_check *o, const volatile struct current_loop *c,
                                    const struct tuning *t)

@@ -24,8 +24,8 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm)
 }
 
 /*
- * Waits until the carrier has risen to this count, on its way to the valley, or has fallen to it from there. To rise it must
- * not begin before the peak.
+ * Waits until the carrier has risen to this count, before the valley, or has fallen to it after that. To rise it must be called
+ * after the peak.
  */
 static inline void wait_carrier(const struct pwm_regs *pwm, bool rising, uint32_t count)
 {
@@ -86,7 +86,7 @@ int32_t burst_sign(const struct burst *b, int32_t k)
     return quarter == 0 || quarter == 3 ? 1 : -1;
 }
 
-/* The next sample, and the interrupt that it brings is over: what is held from here on is for the one after it. */
+/* Waits for the next sample, and until its interrupt is over: voltages set from here on are for the sample after it. */
 static struct adc_sample next_sample(const struct adc_regs *adc)
 {
     const struct adc_sample sample = adc_read_next(adc, TIMEOUT_POLLS);
@@ -101,11 +101,11 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
     const int32_t wave_d_q9 = ((b->v_steps * wave.cos) >> 15) * (1 << PI_SHIFT);
     const int32_t wave_q_q9 = ((b->v_steps * wave.sin) >> 15) * (1 << PI_SHIFT);
     const int32_t kp_d_q9 = c->kp_d_q9, kp_q_q9 = c->kp_q_q9, ki_q15 = c->ki_q15;
-    current_loop_gains(c, 0, 0, 0); /* from here on the integrals stand */
+    current_loop_gains(c, 0, 0, 0); /* from here on the integrals are constant */
     const int32_t steady_d_q9 = c->integral_d_q9, steady_q_q9 = c->integral_q_q9;
     for (int32_t k = 0; k < BURST_SAMPLES; k++) {
         const struct adc_sample sample = next_sample(adc);
-        const int32_t sign = k < BURST_LENGTH ? burst_sign(b, k) : 0; /* at the end they are what they were */
+        const int32_t sign = k < BURST_LENGTH ? burst_sign(b, k) : 0; /* at the end the integrals are restored */
         current_loop_hold(c, steady_d_q9 + sign * wave_d_q9, steady_q_q9 + sign * wave_q_q9);
         const uint32_t angle_q32 = b->angle_q32 + (uint32_t)k * (uint32_t)b->turn_q32;
         const dq_t i = park_q15(clarke_q15(sample.ia_q15, sample.ib_q15), cossin_q15(angle_q32));

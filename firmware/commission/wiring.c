@@ -23,13 +23,13 @@ void calibration_start(struct calibration *k)
     k->sum_q15[2] = 0;
 }
 
-/* Rounded to nearest; a shift, because a division would round towards zero. */
+/* Rounded to nearest; a division would round towards zero. */
 static int32_t mean_q15(int32_t of_sum_q15)
 {
     return (of_sum_q15 + SAMPLES / 2) >> SAMPLES_LOG2;
 }
 
-/* The samples have the present offsets subtracted already: what remains is the offsets' error. */
+/* The present offsets are subtracted already: the mean is their error. */
 static enum calibration_result calibration_finish(const struct calibration *k, struct adc_regs *adc)
 {
     uint32_t offset_q15[3];
@@ -59,7 +59,7 @@ enum calibration_result calibration_step(struct calibration *k, struct adc_regs 
 
 #define THIRD_Q32   0x55555555u                  /* 120 degrees */
 #define MAX_256THS  (CONFIG_BUS_STEPS / 5 * 256) /* a fifth of the bus */
-#define RISE_MS     40u /* a quarter more each: from the first voltage to the largest, and a while there */
+#define RISE_MS     40u /* a quarter more each: from the first voltage to the maximum, and some time there */
 #define FALL_MS     25u
 #define REST_MS     100u /* four time constants of the slowest windings */
 #define SHARE_TENTH 3
@@ -87,13 +87,13 @@ static void wiring_keep(struct wiring *w, const int32_t i_q15[3])
     w->ms = 0;
 }
 
-/* The voltage that resistance alone would take for a quarter of the current. */
+/* The resistive voltage for a quarter of the current. */
 static int32_t first_256ths(const struct tuning *t, const volatile struct current_loop *c)
 {
     return q15_clamp(measure_steps(c, t->wiring_v_q15 / 4), 8, MAX_256THS / 256) * 256;
 }
 
-/* What still flows from the phase before is not this one's: windings of much inductance take longer than is waited. */
+/* Subtracts the remaining current of the previous phase: with large inductance it decays slowly. */
 static void begin(struct wiring *w, const int32_t i_q15[3], int32_t v_256ths)
 {
     for (size_t k = 0; k < 3u; k++) {
@@ -108,7 +108,7 @@ static bool is_share(int32_t i_q15, int32_t max_q15)
     return q15_abs(i_q15) * 10 >= max_q15 * SHARE_TENTH;
 }
 
-/* How much what a sensor shows goes with a phase and against the other two, of either sign. */
+/* Correlation of a sensor with a phase and against the other two, of either sign. */
 static int32_t goes_with(const struct wiring *w, uint32_t sensor, uint32_t phase)
 {
     const int32_t sum_q15 = w->rise_q15[0][sensor] + w->rise_q15[1][sensor] + w->rise_q15[2][sensor];
@@ -116,8 +116,8 @@ static int32_t goes_with(const struct wiring *w, uint32_t sensor, uint32_t phase
 }
 
 /*
- * The order in which the sensors show the phases, as digits: the one that goes best with all. With mean admittance m and half
- * the axes' difference s the right one has 3 m, one with two sensors exchanged 2 m + s at most, at any angle of the rotor.
+ * The order in which the sensors show the phases, as digits: that of the largest correlation. With mean admittance m and half
+ * the axes' difference s the right one has 3 m, one with two sensors exchanged 2 m + s at most, at any rotor angle.
  */
 static int32_t order_shown(const struct wiring *w)
 {
@@ -158,14 +158,14 @@ static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
     for (size_t k = 0; k < 3u; k++) {
         w->phase = (int32_t)k + 1;
         if (w->rise_q15[k][k] < 0) {
-            /* lost since others were looked at */
+            /* lost since the others were tested */
             return is_share(w->rise_q15[k][k], max_q15) ? WIRING_SIGN : WIRING_OPEN;
         }
     }
     return WIRING_GOOD;
 }
 
-/* The larger of a phase's currents in both samples; or the one there is. The other is less than a quarter of it: blind. */
+/* The larger of a phase's currents in both samples, or the only one. Blind if the other is less than a quarter of it. */
 static void wiring_look(struct wiring *w, const struct tuning *t, const struct adc_regs *adc, int32_t i_q15[3])
 {
     const struct adc_sample s = adc_read(adc);

@@ -35,47 +35,47 @@ enum calibration_result calibration_step(struct calibration *k, struct adc_regs 
 /* ==== the phases ==== */
 
 /*
- * Checks, before anything turns, that each phase carries current and its sensor is its own and has the right sign: a voltage
- * along one phase after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor
- * of the wrong sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
+ * Checks, before anything turns, that each phase conducts and that its sensor is the right one with the right sign: a voltage
+ * along one phase after another, increased until a small current flows. The voltage is held, because a current loop with a
+ * wrong sign would be unstable. The current is too small to trip the current-sum check with one sensor reversed.
  *
- * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: while the low sides are
- * off, shunts below them show nothing, whatever the drive was told.
+ * Of two samples a period the slow loop sees the same one each millisecond, so it waits for the other one as well: with
+ * low-side shunts it would show nothing, if the parameters are wrong.
  */
 
 enum wiring_result {
     WIRING_RUNNING,
     WIRING_GOOD,
-    WIRING_OPEN, /* phase: carries less than 30 % of what the others do, or its sensor does not show it, or not always */
-    WIRING_SIGN,      /* phase: its sensor counts backwards */
-    WIRING_EXCHANGED, /* phase: three digits, whose current the sensors of A, B and C show; 213: A and B are exchanged */
+    WIRING_OPEN, /* phase: less than 30 % of the others' current, or its sensor does not show it in both samples */
+    WIRING_SIGN, /* phase: its sensor has the wrong sign */
+    /* phase: three digits, whose current the sensors of A, B and C show; 213: A and B are exchanged */
+    WIRING_EXCHANGED,
 };
 
 struct wiring {
     uint32_t along;         /* phase along which the voltage is applied */
-    uint32_t ms;            /* since this voltage's rise began, or since it ended */
+    uint32_t ms;            /* since this voltage started to rise, or ended */
     int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current decays */
     int32_t before_q15[3];  /* the currents when the voltage began */
-    int32_t rise_q15[3][3]; /* with the voltage along a phase, of what each sensor shows */
-    bool slow;              /* the second time: currents come to rest before each voltage */
+    int32_t rise_q15[3][3]; /* by the phase of the voltage, change of each sensor's current */
+    bool slow;              /* repeated: waits for zero current before each voltage */
     bool blind[3];          /* a phase's current showed in one sample of a period but not in the other */
     int32_t phase;          /* the verdict's phase, 1 for A; 0: no phase carries current */
 };
 
 /*
- * Slow loop, before the first step. `patient`: the second time, behind one that found a sign or an order wrong. That may have
- * come of what flows by itself, where the stage's own error drives more at no voltage than the test, or of a rotor that slips.
+ * Slow loop, before the first step. `slow`: repeated after a wrong sign or order, which may have been caused by a residual
+ * current, from the stage's voltage error, or by a rotor that moved.
  */
 void wiring_start(struct wiring *w, bool slow);
 
 /*
- * One step a millisecond, 20 to 150 in all, 500 if patient. The current loop holds voltages (WIRING_TUNING). Slow loop, bridge
- * on.
+ * One step a millisecond, 20 to 150 in all, 500 if slow. The current loop holds voltages (WIRING_TUNING). Slow loop, bridge on.
  */
 enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c, const struct tuning *t,
                                const struct adc_regs *adc);
 
-/* For current_loop_follow() meanwhile: gains of zero, so the integrals hold the voltage. */
+/* For current_loop_follow() meanwhile: zero gains, so that the integrals hold the voltage. */
 extern const struct tuning wiring_tuning;
 
 #endif

@@ -4,7 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "drivers/fabric/fabric.h"
 
-/* The look and the store are one to every interrupt. */
+/* Test and store are masked against all interrupts. */
 bool bridge_enable(const volatile struct current_loop *c, struct fabric *f)
 {
     const uint32_t mask = cpu_irq_save();

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The current loop's other half: the slow loop's preparation for the interrupt. */
+/* The slow loop's part of the current loop: prepares the interrupt's inputs. */
 #include "firmware/control/current_loop.h"
 
 #include <stddef.h>
@@ -138,7 +138,7 @@ static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
     return vbus_q15;
 }
 
-/* The gains match the bus within 1/128: less is not worth three divisions. */
+/* The gains match the bus voltage within 1/128: recalculation takes three divisions. */
 static bool gains_hold(const volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t off_q15 = q15_abs(vbus_q15 - c->gains_vbus_q15);
@@ -155,7 +155,7 @@ static void feed_forward(volatile int32_t *integral_q9, volatile int32_t *presen
     }
 }
 
-/* The axes disturb each other and the magnets disturb q: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi). */
+/* Decoupling of the axes, and the EMF: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi). */
 static void decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
     const int32_t per_v_q14 = steps_per_v_q14(vbus_q15);
@@ -165,7 +165,7 @@ static void decouple(volatile struct current_loop *c, const struct tuning *t, in
     feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, steps_of_v(q_q15, vbus_q15, per_v_q14));
 }
 
-/* Whether the frame in which the currents are regulated is the rotor's, or a prescribed field's. */
+/* Whether the currents' frame is the rotor's, not a prescribed field's. */
 static bool follows_rotor(const volatile struct current_loop *c)
 {
     return c->source == LOOP_ENCODER || (current_loop_finds_rotor(c) && c->field_follows != 0u);
@@ -209,8 +209,8 @@ static void loop_set_gains(volatile struct current_loop *c, const struct tuning 
 
 /*
  * For saturating iron, q's gain uses the inductance at the present current: the gain for rated current would leave an eighth of
- * the bandwidth at no load. The larger of reference and measurement counts, because too small a gain is slow but too large a
- * one unstable: while the current falls, the gain waits for it. Only in the rotor's frame, whose q axis this is.
+ * the bandwidth at no load. The larger of reference and measurement is used, because too small a gain is slow but too large a
+ * one unstable: while the current decreases, the gain follows it. Only in the rotor's frame.
  */
 static void follow_iron(volatile struct current_loop *c, const struct tuning *t)
 {
@@ -265,8 +265,8 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
 
 /*
  * The order matters, and tests/tools/test_order.py checks it in the object code. Stale state must not trip: overrun and limits
- * come before the gates open. The integrals are cleared before anything reaches the motor. Faults count only once the gates are
- * open, because the status differs before.
+ * are set before the gates are enabled. The integrals are cleared before anything reaches the motor. Faults are checked only
+ * with enabled gates, because the status differs before.
  */
 void current_loop_on(volatile struct current_loop *c, struct fabric *f, const struct tuning *t)
 {
@@ -296,7 +296,7 @@ void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const s
     current_loop_follow(c, f, t);
 }
 
-/* Gates first, always. */
+/* Gates off first, always. */
 void current_loop_off(volatile struct current_loop *c, struct fabric *f)
 {
     gate_disable(&f->gate);

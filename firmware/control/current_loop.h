@@ -68,14 +68,14 @@ struct loop_weakening {
     int32_t room_q_steps;       /* v_q left by a steady d, plus a step of its reference: below it no retreat */
     int32_t kick_steps;         /* part of room_q_steps: the controller's response to q reference steps */
     int32_t i_q_ref_before_q15; /* of the last millisecond */
-    int32_t retreat_q22;        /* how far i_d stays below its reference, Q15 with 7 more bits */
+    int32_t retreat_q22;        /* reduction of i_d below its reference, Q15 with 7 more bits */
 };
 
 struct current_loop {
     struct pll pll;            /* angle predicted for the next sample, and speed; of encoder or observer, electrical */
     uint32_t angle_offset_q32; /* from that angle to the rotor's; 0 with the observer */
     const int32_t *sine;       /* lib/trig.h */
-    /* references: by current_loop_ask(); docs/contexts.md */
+    /* references: by current_loop_set_currents(); docs/contexts.md */
     int32_t i_d_ref_q15;
     int32_t i_q_ref_q15;
     /* controllers: steps per LSB of current; 0 while the bridge is off */
@@ -99,7 +99,7 @@ struct current_loop {
     /* which instance runs: by current_loop_select(), _exchange(), _divert(), _install() */
     const struct loop_handlers *handlers; /* NULL: no interrupt */
     uint32_t source;
-    void (**diverted)(void); /* keeps the handler's address while the vector holds another entry; NULL: it does not */
+    void (**diverted)(void); /* the handler's address while the vector has another entry; else NULL */
 
     /* once a millisecond */
     int32_t vbus_q15;
@@ -118,7 +118,7 @@ struct current_loop {
     struct loop_weakening weaken;
     uint32_t fell_back; /* milliseconds, since the tuning, in which the newest voltage had to wait for an end */
 
-    uint32_t locked_out; /* not 0: a fault is latched, and the gates stay shut (bridge.h) */
+    uint32_t locked_out; /* not 0: a fault is latched, and the gates stay off (bridge.h) */
 
     /* of LOOP_OBSERVER and LOOP_INJECTION */
     uint32_t field_follows; /* all ones: field_angle_q32 counts from the observed angle; 0: it is prescribed */
@@ -163,29 +163,29 @@ static inline bool current_loop_is_on(const volatile struct current_loop *c)
 void current_loop_init(struct current_loop *c);
 
 /*
- * Doors: what others ask of a loop that runs. Nobody else writes its fields, nor has a pointer into them, but observer.c,
- * injection.c, weakening.c and bridge.h to their own parts (tests/tools/lint.py). The interrupt takes each word as it stands
- * at its next sample; two of one call may act a sample apart. Slow loop, or while the bridge is off, if nothing else is said.
+ * Access from outside to a running loop is by these functions only (tests/tools/lint.py); exceptions: observer.c, injection.c,
+ * weakening.c and bridge.h for their own parts. The interrupt reads each word at its next sample; two words of one call may
+ * take effect a sample apart. Slow loop, or with the bridge off, unless noted.
  */
 
-/* The currents that it regulates to: Q15 of i_range, d and q in the field's frame. The scope's sampler adds to them, too. */
-static inline void current_loop_ask_d(volatile struct current_loop *c, int32_t i_d_q15)
+/* Current references: Q15 of i_range, d and q in the field's frame. The scope's sampler adds to them, too. */
+static inline void current_loop_set_i_d(volatile struct current_loop *c, int32_t i_d_q15)
 {
     c->i_d_ref_q15 = i_d_q15;
 }
 
-static inline void current_loop_ask_q(volatile struct current_loop *c, int32_t i_q_q15)
+static inline void current_loop_set_i_q(volatile struct current_loop *c, int32_t i_q_q15)
 {
     c->i_q_ref_q15 = i_q_q15;
 }
 
-static inline void current_loop_ask(volatile struct current_loop *c, int32_t i_d_q15, int32_t i_q_q15)
+static inline void current_loop_set_currents(volatile struct current_loop *c, int32_t i_d_q15, int32_t i_q_q15)
 {
-    current_loop_ask_d(c, i_d_q15);
-    current_loop_ask_q(c, i_q_q15);
+    current_loop_set_i_d(c, i_d_q15);
+    current_loop_set_i_q(c, i_q_q15);
 }
 
-/* The regulators' integrals, in steps of voltage, Q9: with gains of 0 the voltage that is held. */
+/* The controllers' integrals, in voltage steps, Q9: with zero gains the voltage that is held. */
 static inline void current_loop_hold_d(volatile struct current_loop *c, int32_t v_d_q9)
 {
     c->integral_d_q9 = v_d_q9;
@@ -202,7 +202,7 @@ static inline void current_loop_hold(volatile struct current_loop *c, int32_t v_
     current_loop_hold_q(c, v_q_q9);
 }
 
-/* No voltage: neither the regulators' nor the feed-forward's. */
+/* Zero voltage, without feed-forward. */
 static inline void current_loop_drop_voltage(volatile struct current_loop *c)
 {
     current_loop_hold(c, 0, 0);
@@ -210,20 +210,20 @@ static inline void current_loop_drop_voltage(volatile struct current_loop *c)
     c->feedforward_q_steps = 0;
 }
 
-/* From the encoder's count to the field's angle, 2^32 a turn. */
+/* Offset from the encoder's count to the field's angle, 2^32 a turn. */
 static inline void current_loop_offset(volatile struct current_loop *c, uint32_t offset_q32)
 {
     c->angle_offset_q32 = offset_q32;
 }
 
-/* How fast a prescribed field turns: 2^32 a turn, a sample. */
+/* Speed of a prescribed field: 2^32 a turn, per sample. */
 static inline void current_loop_field_speed(volatile struct current_loop *c, int32_t speed_q32)
 {
     c->field_speed_q32 = speed_q32;
 }
 
-/* The estimated rotor: its angle, 2^32 a turn, and its speed, the same a sample. */
-static inline void current_loop_point(volatile struct current_loop *c, uint32_t angle_q32)
+/* The estimated rotor: angle, 2^32 a turn, and speed, per sample. */
+static inline void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
 {
     c->pll.angle_q32 = angle_q32;
 }
@@ -235,26 +235,29 @@ static inline void current_loop_run(volatile struct current_loop *c, int32_t spe
 
 static inline void current_loop_place(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32)
 {
-    current_loop_point(c, angle_q32);
+    current_loop_set_rotor(c, angle_q32);
     current_loop_run(c, speed_q32);
 }
 
 /* Adds to both, between two samples. */
 void current_loop_correct(volatile struct current_loop *c, uint32_t by_angle_q32, int32_t by_speed_q32);
 
-/* Adds to the speed alone, without holding the interrupt back. */
+/* Adds to the speed alone, without masking the interrupt. */
 static inline void current_loop_accelerate(volatile struct current_loop *c, int32_t by_speed_q32)
 {
     cpu_add(&c->pll.speed_q32, by_speed_q32);
 }
 
-/* Whether the field's angle counts from the estimated rotor's, all ones, or from 0. For LOOP_HALL, behind its selection. */
+/*
+ * Whether the field's angle is relative to the estimated rotor's (all ones) or absolute (0). For LOOP_HALL, after its
+ * selection.
+ */
 static inline void current_loop_count_from_rotor(volatile struct current_loop *c, uint32_t follows)
 {
     c->field_follows = follows;
 }
 
-/* The regulators' gains, until current_loop_follow() sets the tuning's. With gains of 0 the integrals stand. */
+/* The controllers' gains, until current_loop_follow() sets the tuning's. With zero gains the integrals are constant. */
 static inline void current_loop_gains(volatile struct current_loop *c, int32_t kp_d_q9, int32_t kp_q_q9, int32_t ki_q15)
 {
     c->ki_q15 = ki_q15;
@@ -263,28 +266,28 @@ static inline void current_loop_gains(volatile struct current_loop *c, int32_t k
 }
 
 /*
- * Dead time: compensated in full, or, with a knee so wide that no current reaches it, not at all. For a tuning without ripple:
- * with it, current_loop_follow() sets the knee.
+ * Dead-time compensation: full, or none (a knee so wide that no current reaches it). For a tuning without ripple; with ripple,
+ * current_loop_follow() sets the knee.
  */
 static inline void current_loop_compensate(volatile struct current_loop *c, bool on)
 {
     c->dead_shift = on ? 0u : 31u;
 }
 
-/* The tuning's ripple is none, until the next current_loop_tune(). */
+/* Sets the tuning's ripple to zero, until the next current_loop_tune(). */
 static inline void current_loop_forget_ripple(volatile struct current_loop *c)
 {
     c->ripple_q10 = 0;
 }
 
-/* An earlier use of the injection has left nothing behind. */
+/* Clears the state of an earlier injection. */
 static inline void current_loop_forget_injection(volatile struct current_loop *c)
 {
     c->inject.track = 0;
 }
 
-/* The gates have been shut, and their status is no fault any more: it is not on. The interrupt itself, or held back. */
-static inline void current_loop_let_go(volatile struct current_loop *c)
+/* The gates have been disabled: their status is no longer checked. From the interrupt, or with it masked. */
+static inline void current_loop_disarm(volatile struct current_loop *c)
 {
     c->status_max = UINT32_MAX;
 }
@@ -295,7 +298,7 @@ static inline void current_loop_install(volatile struct current_loop *c, const s
     c->handlers = handlers;
 }
 
-/* Takes what does not depend on the bus: encoder scale, sampling rate. Slow loop or thread, bridge off. */
+/* Settings that do not depend on the bus voltage: encoder scale, sampling rate. Slow loop or thread, bridge off. */
 void current_loop_tune(volatile struct current_loop *c, const struct tuning *t);
 
 /* Activates or deactivates controllers and thresholds together. Slow loop. */
@@ -304,14 +307,14 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f);
 
 /*
  * For LOOP_OBSERVER and LOOP_HALL, for a turning rotor whose angle and speed are in `pll`: as current_loop_on(), but in the
- * rotor's frame, with the EMF already in the integrals; the gates stay as they are, so the PWM already outputs the EMF when
- * they open (bridge_enable()). Slow loop.
+ * rotor's frame, with the EMF already in the integrals; the gates stay off, so that the PWM outputs the EMF before they are
+ * enabled (bridge_enable()). Slow loop.
  */
 void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const struct tuning *t);
 
 /*
- * Chooses the instance of the interrupt. Only while the bridge is off; otherwise returns false and changes nothing: the
- * integrals belong to the previous source's frame. Slow loop.
+ * Selects the instance of the interrupt. Only while the bridge is off; otherwise returns false without effect, because the
+ * integrals are in the previous source's frame. Slow loop.
  */
 bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source);
 
@@ -366,7 +369,7 @@ void current_loop_restart_feedforward(volatile struct current_loop *c, const str
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
 
-/* Where the rotor was at an instant of the encoder's clock, and its speed since. */
+/* The rotor's angle at a time of the encoder's clock, and its speed. */
 struct rotor_seed {
     uint32_t angle_q32;
     uint32_t clock;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The frame in which the currents are regulated: the observed rotor's or a prescribed one, and the changes between them. */
+/* The frame in which the currents are regulated, the observed rotor's or a prescribed one, and changes between them. */
 #include "drivers/cortex/cpu.h"
 #include "firmware/control/current_loop.h"
 #include "lib/trig.h"

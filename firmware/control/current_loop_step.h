@@ -282,7 +282,7 @@ static inline int32_t inject_weight(const struct injection *n)
 }
 
 /* The controllers' input: without the ripple, half a sample late on average. */
-static inline alphabeta_t inject_calm(const struct injection *n, alphabeta_t i)
+static inline alphabeta_t inject_without_ripple(const struct injection *n, alphabeta_t i)
 {
     const int32_t halves = inject_weight(n);
     return (alphabeta_t){n->i_alpha_q15 + (((i.alpha - n->i_alpha_q15) * halves) >> 1),
@@ -495,7 +495,7 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const cossin_t cs = cossin_q15(current_loop_angle(c, source));
     const int32_t inject_steps = source == LOOP_INJECTION ? inject_voltage(&c->inject) : 0;
-    const alphabeta_t calm = source == LOOP_INJECTION ? inject_calm(&c->inject, i) : i;
+    const alphabeta_t calm = source == LOOP_INJECTION ? inject_without_ripple(&c->inject, i) : i;
     const dq_t v = regulate(c, park_q15(calm, cs), inject_steps);
     const alphabeta_t v_steps = modulate(&f->pwm, v, cs, coarse, c->turn_q15);
     if (source == LOOP_OBSERVER || source == LOOP_INJECTION) {

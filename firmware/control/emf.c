@@ -8,7 +8,7 @@
 #define FILTER_SHIFT  1 /* of the filtered vector: two steps */
 #define FILTER_COARSE 4
 #define COUNT_FINE_Q32 \
-    (UINT32_MAX / 128u)    /* an encoder's count of 2.8 degrees, electrical: no longer filter is needed */
+    (UINT32_MAX / 128u)    /* an encoder count of 2.8 degrees, electrical: up to this the filter is the shortest */
 #define DEAD_TIME_SHIFT  6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
 #define LEARN_SHIFT      7 /* a 128th of Lq a step */
 #define MAX_Q15          131071
@@ -21,7 +21,7 @@ void emf_reset(struct emf *e, const struct tuning *t)
     *e = (struct emf){.lq_q19 = t->x_q_apparent_q11 << 8, .filter_shift = FILTER_SHIFT, .turned_q15 = TURNED_Q15};
 }
 
-void emf_of_counts(struct emf *e, uint32_t count_q32)
+void emf_set_count(struct emf *e, uint32_t count_q32)
 {
     while (e->filter_shift < FILTER_COARSE && count_q32 > COUNT_FINE_Q32 << (e->filter_shift - FILTER_SHIFT)) {
         e->filter_shift++;
@@ -30,8 +30,8 @@ void emf_of_counts(struct emf *e, uint32_t count_q32)
 }
 
 /*
- * While the encoder is right and current flows in q, the remaining d component is the error of Lq: Lq moves in small steps
- * until it vanishes, within a quarter and four times the parameter.
+ * With a correct angle and q current, the remaining d component is due to an error of Lq: Lq is adapted in small steps until it
+ * vanishes, within a quarter and four times the parameter.
  */
 static void learn_lq(struct emf *e, const struct tuning *t, int32_t reaction_q15)
 {
@@ -64,9 +64,9 @@ static void allow(struct emf *e, const struct tuning *t, const struct emf_vector
 {
     const int32_t both_q15 = (q15_abs(i->d_q15) + q15_abs(i->q_q15)) / 2;
     const int32_t step_q15 = inductive_q15(e, moved_q15);
-    e->unsure_q15 = ((t->r_q12 * both_q15) >> 12) + dead_q15;
+    e->uncertain_q15 = ((t->r_q12 * both_q15) >> 12) + dead_q15;
     e->moving_q15 = (q15_min(step_q15, Q15_ONE) * MILLISECOND_Q15) >> 15;
-    e->slack_q15 = ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + e->moving_q15;
+    e->tolerance_q15 = ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + e->moving_q15;
 }
 
 void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t rotor_w_q15,
@@ -100,11 +100,11 @@ static int32_t unlearnt_q15(const struct emf *e)
 
 static enum emf_verdict verdict_of(const struct emf *e, int32_t d_q15, int32_t along_q15, int32_t reaction_q15)
 {
-    if (along_q15 < -e->unsure_q15 - e->moving_q15) {
+    if (along_q15 < -e->uncertain_q15 - e->moving_q15) {
         return EMF_REVERSED;
     }
     const int32_t length_q15 = q15_max(along_q15, e->expected_q15 / 2);
-    const int32_t allowed_q15 = e->slack_q15 + reaction_q15 + ((length_q15 * e->turned_q15) >> 15);
+    const int32_t allowed_q15 = e->tolerance_q15 + reaction_q15 + ((length_q15 * e->turned_q15) >> 15);
     return q15_abs(d_q15) > allowed_q15 ? EMF_TURNED : EMF_AGREES;
 }
 

@@ -36,15 +36,15 @@ struct emf {
     struct emf_vector now;      /* of the last sample */
     struct emf_vector filtered; /* over 2 steps, up to 16 */
     int32_t expected_q15;       /* |w| psi from the parameters */
-    int32_t unsure_q15;         /* what resistance and dead time may hide, taking half of R as unknown */
+    int32_t uncertain_q15;      /* uncertainty by dead time and an error of R of 50 % */
     int32_t moving_q15;         /* L di/dt of q: in v_q while the current changes, may reverse its sign */
-    int32_t slack_q15;          /* possible error of d: R i_d, L di/dt and dead time */
+    int32_t tolerance_q15;      /* possible error of d: R i_d, L di/dt and dead time */
     int32_t reaction_q15;       /* |w Lq i_q| */
     int32_t i_q_q15;            /* of the last step */
     int32_t lq_q19;             /* learnt q reactance at the base speed */
     uint32_t filter_shift;      /* of `filtered` */
-    int32_t turned_q15;         /* the largest tangent of its angle */
-    int32_t learnt;             /* steps with something to learn from; at most EMF_LEARNT_STEPS */
+    int32_t turned_q15;         /* allowed tangent of its angle */
+    int32_t learnt;             /* steps with adaptation; at most EMF_LEARNT_STEPS */
 };
 
 #define EMF_LEARNT_STEPS 128
@@ -54,27 +54,27 @@ void emf_reset(struct emf *e, const struct tuning *t);
 
 /*
  * After emf_reset(): the frame follows an encoder whose counts are so far apart, electrical. Each count turns the frame, and
- * the controllers answer with a voltage that is no EMF, several times as large at 64 counts: it is filtered for longer.
+ * the controllers respond with a voltage that is not EMF, several times larger at 64 counts: the filter is longer.
  */
-void emf_of_counts(struct emf *e, uint32_t count_q32);
+void emf_set_count(struct emf *e, uint32_t count_q32);
 
 /*
  * One sample. The magnets' EMF follows the rotor's speed, the armature reaction that of the frame in which the currents are
- * regulated. Both come from the observer unless the encoder is in doubt. About 60 cycles.
+ * regulated. Both come from the PLL unless the encoder is suspect. About 60 cycles.
  */
 void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t rotor_w_q15,
               int32_t frame_w_q15);
 
-/* Whether there is enough EMF to judge: four times what may hide it (margin m in the flux observer literature). */
+/* Whether there is enough EMF: four times the uncertainty (margin m in the flux observer literature). */
 static inline bool emf_is_clear(const struct emf *e)
 {
-    return e->expected_q15 > 4 * e->unsure_q15;
+    return e->expected_q15 > 4 * e->uncertain_q15;
 }
 
 /* Judges the encoder's angle by the filtered vector, at a speed of this sign. */
 enum emf_verdict emf_judge(const struct emf *e, bool backwards);
 
-/* Judges the last sample against `before`: other causes of a d component are already in it, so a smaller allowance suffices. */
+/* Judges the last sample against `before`: other causes of a d component are in both, so a smaller tolerance suffices. */
 enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards);
 
 /* The angle from the q axis for the speed's sign: how far the rotor leads the frame. Cold. */
@@ -85,13 +85,13 @@ int32_t emf_angle_deg(const struct emf_vector *v, bool backwards);
 
 /* ---- along the axis q of any frame, counted along its speed w: |w| psi if the frame is the rotor's ---- */
 
-/* What the magnets would make at this speed. Slow loop. */
+/* The magnets' EMF at this speed, from the parameters. Slow loop. */
 static inline int32_t emf_expected_q15(const struct tuning *t, int32_t w_q15)
 {
     return (q15_abs(w_q15) * t->emf_q12) >> 12;
 }
 
-/* What the voltage shows behind resistance and armature: e_q = v_q - R i_q - w Ld i_d. Slow loop. */
+/* The EMF from the voltage: e_q = v_q - R i_q - w Ld i_d. Slow loop. */
 static inline int32_t emf_along_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15)
 {
     const int32_t armature_q15 = tuning_reactive_q15(w_q15, c->i_d_q15, t->x_d_q11);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The injection's other half: the slow loop's preparation for the interrupt. */
+/* The slow loop's part of the injection: prepares the interrupt's inputs. */
 #include "firmware/control/injection.h"
 
 #include "firmware/control/current_loop.h"
@@ -11,12 +11,12 @@
 #define RADIAN_Q23 (1 << 23) /* of rad_q8, per response of 1 */
 
 /*
- * From 7.5 LSB a degree the tracking loop has full speed. Below, it slows with the square, which keeps the angle noise from the
- * sensors constant. It is never faster than a load needs.
+ * From 7.5 LSB a degree the tracking loop has full bandwidth. Below, it decreases with the square, which keeps the angle noise
+ * from the sensors constant. The limit is what a load step needs.
  */
 #define RADIAN_QUICK 430
 
-/* A clipped wave gives too small a response, so the wave takes no more than there is room for, but at least half. */
+/* A clipped wave gives too small a response, so the wave is limited to the available voltage, but at least half. */
 #define SHARE_ALL_Q8 256
 #define SHARE_MIN_Q8 128
 
@@ -79,7 +79,7 @@ int32_t injection_room_q8(const volatile struct current_loop *c, const struct tu
     return q15_clamp(room_steps, 0, INJECTION_V_MAX_STEPS * 4) * 256 / q15_max(wanted_steps(c, t), 1);
 }
 
-/* From 0 without current to the configured value, where it stays; the axis turns in the current's direction. */
+/* Increases from 0 to the configured value with the current; the axis turns in the current's direction. */
 static int32_t cross_q15(const struct tuning *t, int32_t i_q_q15)
 {
     const int32_t i_q15 = q15_clamp(i_q_q15, -t->injection.cross_from_q15, t->injection.cross_from_q15);

@@ -164,7 +164,7 @@ void observer_reset(volatile struct current_loop *c, const struct tuning *t, uin
     const uint32_t mask = cpu_irq_save();
     o->flux_alpha = (size * cs.cos) >> (15 - OBSERVER_FLUX_SHIFT);
     o->flux_beta = (size * cs.sin) >> (15 - OBSERVER_FLUX_SHIFT);
-    current_loop_point(c, angle_q32);
+    current_loop_set_rotor(c, angle_q32);
     cpu_irq_restore(mask);
 }
 

@@ -9,15 +9,15 @@
  *     rho + j nu = e psi_a* / |psi_a|^2
  *
  * nu is the angle error, which a tracking loop of two integrators removes; rho is an error of length and is fed back into the
- * flux along psi_a, 2 sigma rho psi_a: whatever the integrator collects, such as offsets, decays with sigma. Only sigma lets
- * errors of R, of psi_f and of the voltage turn the angle. Sources: Hinkkanen, Saarakkala, Awan, Moelsae, Tuovinen, "Observers
- * for sensorless synchronous motor drives: framework for design and analysis", IEEE Trans. Ind. Appl. 54(6), 2018;
- * tests/unit/test_observer.py checks the formula for the steady error:
+ * flux along psi_a, 2 sigma rho psi_a: integrator drift, as from offsets, decays with sigma. Only sigma lets errors of R, of
+ * psi_f and of the voltage turn the angle. Sources: Hinkkanen, Saarakkala, Awan, Moelsae, Tuovinen, "Observers for sensorless
+ * synchronous motor drives: framework for design and analysis", IEEE Trans. Ind. Appl. 54(6), 2018; tests/unit/test_observer.py
+ * checks the formula for the steady error:
  *
  *     sin(error) = 2 sigma / w (psi_nominal / psi - cos(error) - (R - R_nominal) i_q / (w psi)) + (R - R_nominal) i_d / (w psi)
  *
- * The margin m = |w| psi_a / (dR |i| + dU) shows whether there is enough signal: the EMF over what a wrong R and the dead time
- * may hide. With the gains below the angle holds down to about 1.5.
+ * The margin m = |w| psi_a / (dR |i| + dU) shows whether there is enough signal: the EMF relative to the uncertainty by R and
+ * dead time. With the gains below the angle holds down to about 1.5.
  *
  * Formats. Flux: Q28 of the tuning's flux unit, in which no flux of this motor below i_range reaches 1.0; "flux 14" is its
  * upper 18 bits. Voltages in steps and currents in Q15 as in the current loop; rho, nu Q15, saturated to +-1.0 (radians).
@@ -31,8 +31,8 @@
 #include "firmware/settings/tuning.h"
 
 /*
- * What may hide the EMF: 15 % of R, which is measured at the start and rises that much with 38 K; and the dead time left after
- * compensation, a 256th of the bus.
+ * Uncertainty of the EMF: 15 % of R, which is measured at the start and increases by that with 38 K; and the residual dead-time
+ * error, 1/256 of the bus.
  */
 #define OBSERVER_R_UNCERTAINTY_Q8      38
 #define OBSERVER_BUS_UNCERTAINTY_SHIFT 8
@@ -65,14 +65,14 @@ struct observer {
     int32_t margin_q8;        /* m; 255 at most */
     int32_t margin_torque_q8; /* the same with i_q alone, or without it */
     int32_t i_q4, i_q_q4;     /* |i| and |i_q|, smoothed */
-    int32_t slow_down_q24;    /* how much slower the tracking loop is after a hand-over, in |w| */
+    int32_t slow_down_q24;    /* reduction of the tracking loop's pole after a hand-over, in |w| */
 };
 
 /* The observer's role. */
 enum observer_role {
-    OBSERVER_FOLLOWS, /* the speed is given, it finds the angle: the field is prescribed */
-    OBSERVER_LEADS,   /* it finds both */
-    OBSERVER_RESTS,   /* it does not run: margin only */
+    OBSERVER_FOLLOWS, /* the speed is given (I-f control); it estimates the angle */
+    OBSERVER_LEADS,   /* it estimates both */
+    OBSERVER_RESTS,   /* inactive: margin only */
 };
 
 struct current_loop;
@@ -80,22 +80,22 @@ struct current_loop;
 /* Starts at `angle_q32`, with this current along the magnets. The speed stays as given. Slow loop. */
 void observer_reset(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t i_d_q15);
 
-/* Sets the flux for the estimated angle and the present currents. Slow loop, before LOOP_OBSERVER leads. */
+/* Sets the flux for the estimated angle and the present currents. Slow loop, before LOOP_OBSERVER is selected. */
 void observer_preset(volatile struct current_loop *c, const struct tuning *t);
 
-/* From this margin on it may lead. */
+/* From this margin on it may give the angle. */
 #define OBSERVER_LEADS_Q8 (45 * 256 / 10)
 
 /* The margin an observer would have at this speed and current, from the magnets alone: the actual margin or less. Slow loop. */
 int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15, int32_t vbus_q15);
 
-/* As observer_follow(), to lead at once: smoothed values start from the present currents. Slow loop. */
+/* As observer_follow(), to start immediately: filtered values start from the present currents. Slow loop. */
 void observer_begin(volatile struct current_loop *c, const struct tuning *t);
 
 /*
- * Prepares to lead a rotor whose angle was known until now. The flux starts slightly off its settled value, and the difference
- * rotates once a turn until sigma removes it: a slow tracking loop, for two turns, keeps most of it from the speed loop. Slow
- * loop, before observer_begin().
+ * Prepares a hand-over from a known angle. The flux starts slightly off its steady-state value, and the difference rotates once
+ * a turn until sigma removes it: a slower tracking loop, for two turns, keeps most of it from the speed loop. Slow loop, before
+ * observer_begin().
  */
 void observer_slow_down(volatile struct current_loop *c);
 

@@ -2,17 +2,17 @@
 /*
  * The third stage in field weakening: as current_loop_step.h, with two differences. ISR, constant time.
  *
- * Priority. Past the most torque per voltage, a machine with much reluctance has nearly all its voltage in d. So v_d may take
- * nearly all of the circle, v_q the rest: a root, no table. That works while motoring: a lack of v_q reduces i_q, and with it
- * v_d. While braking, or with v_q against the speed, it would increase i_q and take still more v_d. So then v_q comes first: a
- * lack of v_d changes the field so that less v_q is needed.
+ * Priority. Beyond MTPV, a machine with much reluctance has nearly all its voltage in d. So v_d may take nearly all of the
+ * circle, v_q the rest: a root, no table. That works while motoring: a lack of v_q reduces i_q, and with it v_d. While braking,
+ * or with v_q against the speed, it would increase i_q and take still more v_d. So then v_q comes first: a lack of v_d changes
+ * the field so that less v_q is needed.
  *
  * Retreat. If v_q wants more than the circle leaves, in the EMF's direction, the EMF is too large: the bus has fallen, or the
- * shaft is faster than the slow loop knew. i_d then drops below its reference by a share of the missing voltage over w L_d,
- * smoothed over four samples. A transient of d or the response to a reference step does not count as a lack: v_q is compared
- * with what a steady d would leave. Otherwise a retreat, which itself takes voltage in d, would cause the next. The missing
- * voltage is mostly the controller's response to a runaway i_q, which already integrates the voltage: an integrating retreat
- * would oscillate. The retreat bridges the time until the slow loop sets new references.
+ * shaft is faster than in the slow loop's last step. i_d then drops below its reference by a share of the missing voltage over
+ * w L_d, smoothed over four samples. A transient of d or the response to a reference step does not count as a lack: v_q is
+ * compared with what a steady d would leave. Otherwise a retreat, which itself takes voltage in d, would cause the next. The
+ * missing voltage is mostly the controller's response to a runaway i_q, which already integrates the voltage: an integrating
+ * retreat would oscillate. The retreat bridges the time until the slow loop sets new references.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_WEAKEN_H
 #define FIRMWARE_CONTROL_STAGE_WEAKEN_H
@@ -32,7 +32,7 @@
 #define WEAKEN_D_MAX_STEPS(radius) ((radius) - ((radius) >> 7))
 #define WEAKEN_Q_MAX_STEPS(radius) (13 * (radius) / 16)
 
-#define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack this much at times */
+#define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* tolerance for harmonics of the EMF */
 
 /* One step of the retreat: `over_steps` is v_q's lack in the EMF's direction, 0...65535. */
 static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t max_q15)

@@ -155,7 +155,7 @@ static void set_burning(const struct torque_control *s, volatile struct current_
     const int32_t most_q15 = q15_min(rest_q15, t->burn_max_q15);
     const int32_t burning_q15 = q15_min(q15_max(i_d_q15 - s->burn_q15, -most_q15), i_d_q15);
     const int32_t q_q15 = i_q_beside(t, s->torque_q15, burning_q15);
-    current_loop_ask(c, burning_q15, q15_clamp(q_q15, -q15_abs(i_q_q15), q15_abs(i_q_q15)));
+    current_loop_set_currents(c, burning_q15, q15_clamp(q_q15, -q15_abs(i_q_q15), q15_abs(i_q_q15)));
 }
 
 /* The currents of least amplitude, unless their flux exceeds what the voltage allows. */
@@ -209,7 +209,7 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
         set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
     } else {
         const int32_t i_q_q15 = s->torque_q15 == 0 ? 0 : i.i_q_q15; /* rounding may make it 1 at no torque */
-        current_loop_ask(c, i.i_d_q15, s->torque_q15 < 0 ? -i_q_q15 : i_q_q15);
+        current_loop_set_currents(c, i.i_d_q15, s->torque_q15 < 0 ? -i_q_q15 : i_q_q15);
     }
     s->copper_q15 = copper_q15(t, c->i_d_ref_q15, c->i_q_ref_q15);
     if (FEATURE_IN(WEAKENING) && c->weaken.on) {

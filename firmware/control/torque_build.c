@@ -68,7 +68,10 @@ bool torque_build_step(struct torque_builder *b, struct torque_control *s, const
 
 /* ==== field weakening ==== */
 
-/* The table of weakening.h, at `on`. Only the ends of rows are searched for; a node is a flux vector, and the rest follows. */
+/*
+ * The table of weakening.h, at `on`. Only the ends of rows are searched; a node is a flux vector, from which the rest is
+ * calculated.
+ */
 
 #define V_D_REST        64 /* of v_d, kept back */
 #define LAST            (WEAKENING_NODES - 1)
@@ -128,7 +131,7 @@ static struct weakening_machine machine_of(const struct params *p, const struct 
     return m;
 }
 
-/* Far beyond i_max, what a flux through hardly any inductance takes: its square has to fit. */
+/* Limits currents far beyond i_max, from very small inductances, so that their squares fit. */
 static int64_t seen(int64_t i_q15)
 {
     return scale_clamp(i_q15, -CURRENT_MAX_Q15, CURRENT_MAX_Q15);

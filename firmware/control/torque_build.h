@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Builds both tables of torque.h from parameters and tuning, at `on`, in parts, between which the thread serves its lines.
+ * Builds both tables of torque.h from parameters and tuning, at `on`, in parts, between which the thread serves its interfaces.
  * Total cycles and those of the longest part: rows `torque_build` and `torque_build.part` of docs/benchmarks.md.
  */
 #ifndef FIRMWARE_CONTROL_TORQUE_BUILD_H
@@ -22,7 +22,7 @@ enum torque_part {
 /* Progress of the tables. */
 struct torque_builder {
     enum torque_part part;
-    bool lacks_weakening; /* at the end: speed_max needs it, and the build leaves it out */
+    bool lacks_weakening; /* at the end: speed_max needs field weakening, which this build leaves out */
     int32_t vbus_q15;
     struct torque_map_builder map;
     struct weakening_builder weakening;

@@ -124,9 +124,10 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define RADIANS_Q4 \
     (CONFIG_SPEED_BASE_HZ * 2 * 355 / 113 * 16 / CONFIG_SLOW_HZ) /* of the base speed in a slow period: 7.9 at 20 kHz */
 #define RADIANS_SHIFT 4
-#define TRIM_SHIFT    3 /* an eighth of the error a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+/* an eighth of the error a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+#define TRIM_SHIFT    3
 #define TRIM_DRIVING  2 /* a quarter of the circle more */
-#define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current grows by itself */
+#define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current increases by itself */
 #define TRIM_MIN      1 /* half of it less */
 #define TRIM_FRACTION 6
 #define SHORT_SHIFT   4  /* 16 ms: averages the harmonics, because the trim responds to it */
@@ -134,11 +135,11 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define GAIN_MIN_Q8   32 /* of the current loops' gains */
 #define V_D_MAX_Q10   (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
 #define PAST_SHIFT    4 /* of the circle: half of what v_d leaves when first */
-#define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a faster response could oscillate */
+#define DROP_SHIFT    3 /* 8 ms: torque and flux limit are coupled; a faster response could oscillate */
 #define DROP_MAX_Q15  (1 << 15)
 
 /* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
-#define PLENTY_Q15 \
+#define FAR_Q15 \
     ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_RESERVE_SHIFT) - 1) / (8LL << FLUX_RESERVE_SHIFT) / \
                CONFIG_BUS_STEPS))
 
@@ -152,7 +153,7 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
     return q15_sat16((t->r_q12 * q15_sat16(i_q15)) >> 12);
 }
 
-/* Beyond the modulator's circle each bit of voltage costs harmonics: keeps half as much. */
+/* Beyond the modulator's circle additional voltage increases harmonics: half the reserve. */
 static int32_t reserve_q15(int32_t circle, int32_t radius_steps)
 {
     return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_RESERVE_SHIFT + 2 : FLUX_RESERVE_SHIFT);
@@ -253,7 +254,7 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
 static bool is_far(const struct flux_limit *s, const volatile struct current_loop *c, int32_t w_q15, int32_t vbus_q15,
                    int32_t max_q15)
 {
-    const int32_t much_q15 = (vbus_q15 * PLENTY_Q15) >> 15;
+    const int32_t much_q15 = (vbus_q15 * FAR_Q15) >> 15;
     const int32_t d_q15 = q15_abs(c->v_d_q15);
     const int32_t q_q15 = q15_abs(c->v_q_q15);
     return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && max_q15 <= 2 * Q15_ONE &&

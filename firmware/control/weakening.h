@@ -19,11 +19,11 @@
  * per voltage (MTPV).
  *
  * Among currents with flux linkage psi, those with least amplitude for their torque start where that contour crosses the MTPA
- * curve, or at i_q = 0 below the magnets' own flux, and end at i_max, at the contour's most torque (MTPV), or where v_d would
- * leave the current loop's range. The table's rows are such contours: from the lowest flux i_max can reach up to the magnets'
- * own, closer at first because a row's end follows the root of the distance, then evenly spaced up to the largest. A row has
- * nodes at equal steps of the flux vector's angle; near MTPV neighbouring rows then differ only in size (Meyer, Boecker:
- * "Optimum control for interior permanent magnet synchronous motors (IPMSM) in constant torque and full range of flux
+ * curve, or at i_q = 0 below the magnets' own flux, and end at i_max, at the contour's maximum torque (MTPV), or where v_d
+ * would leave the current loop's range. The table's rows are such contours: from the lowest flux i_max can reach up to the
+ * magnets' own, closer at first because a row's end follows the root of the distance, then evenly spaced up to the largest. A
+ * row has nodes at equal steps of the flux vector's angle; near MTPV neighbouring rows then differ only in size (Meyer,
+ * Boecker: "Optimum control for interior permanent magnet synchronous motors (IPMSM) in constant torque and full range of flux
  * weakening", PEMC 2006, has the order of limits).
  *
  * Why a table of currents. Currents are interpolated between nodes, so each reference is a mean of four nodes. A mean's
@@ -99,12 +99,12 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
  * Feed-forward. The voltages are v = R i + j w psi, so v^2 = (R i)^2 + 2 R P / 1.5 + (w psi)^2 with P the mechanical power: the
  * resistive drop reduces the flux allowed when motoring and raises it when braking. A 32nd of the circle is kept for control.
  *
- * Feedback. While the flux limit decides, the voltage amplitude must equal the circle less the reserve. An eighth of the error
- * a millisecond is integrated into a voltage that is added before division by speed, so its gain on the flux goes with 1 / |w|.
- * The trim is at most half the circle downwards: saturating iron has far more flux at small currents than the apparent
- * inductances say. It is a quarter upwards: at the end of the range the remaining flux is a small difference of two, each known
- * within some percent. It is an eighth upwards while braking: with too much flux a braking current grows by itself. It fades
- * while the limit does not decide.
+ * Feedback. While the flux limit is active, the voltage amplitude must equal the circle less the reserve. An eighth of the
+ * error a millisecond is integrated into a voltage that is added before division by speed, so its gain on the flux goes with 1
+ * / |w|. The trim is at most half the circle downwards: with saturation the flux at small currents is much larger than by the
+ * apparent inductances. It is a quarter upwards: at the end of the range the remaining flux is a small difference of two
+ * values, each accurate to some percent. It is an eighth upwards while braking: with too much flux a braking current increases
+ * by itself. It decays while the limit is inactive.
  *
  * Formats: voltages Q15 of v_range, fluxes voltage at the base speed (mtpa.h).
  */
@@ -113,8 +113,8 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
 #define FLUX_RESERVE_SHIFT 5 /* of the circle */
 
 struct flux_limit {
-    int32_t flux_q15;    /* FLUX_UNLIMITED if the voltage allows any flux asked for */
-    bool decides;        /* the currents are for a limited flux; set by the caller that asks for them */
+    int32_t flux_q15;    /* FLUX_UNLIMITED if the voltage allows any requested flux */
+    bool decides;        /* the limit is active: currents are for a limited flux; set by the caller */
     bool exceeded;       /* the motor brakes, and its voltage exceeds the limit */
     int32_t trim_q21;    /* voltage, 6 more bits of fraction */
     int32_t short_d_q15; /* beyond the circle: d's mean shortfall from its reference */
@@ -123,15 +123,15 @@ struct flux_limit {
 
 #define FLUX_TRIM_FADE 16 /* milliseconds */
 
-/* The bridge goes off, or the limit is far. */
+/* When the bridge is switched off, or the limit is far. */
 static inline void flux_limit_reset(struct flux_limit *s)
 {
     *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
 }
 
 /*
- * One step: `power_q15` is the last torque times the present speed, `most_q15` the largest flux ever asked for. Returns whether
- * the limit is near; it nearly never is, and is then followed each millisecond, else every second one.
+ * One step: `power_q15` is the last torque times the present speed, `max_q15` the largest flux that may be requested. Returns
+ * whether the limit is near: then it is updated each millisecond, else every second one.
  */
 bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                        int32_t vbus_q15, int32_t power_q15, int32_t max_q15);

@@ -183,12 +183,12 @@ void drive_init(struct axis *a, struct fabric *fabric)
     speed_loop_tune(&a->speed, &a->tuning);
 }
 
-void drive_remember_heat(struct axis *a, struct thermal_memory *memory)
+void drive_restore_temperatures(struct axis *a, struct thermal_memory *memory)
 {
     thermal_init(&a->thermal, memory, &a->params);
 }
 
-void drive_join(struct axis *a, struct axis *follower)
+void drive_link(struct axis *a, struct axis *follower)
 {
     a->other_axis = follower;
     follower->other_axis = a;

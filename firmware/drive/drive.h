@@ -35,10 +35,10 @@ void drive_init(struct axis *a, struct fabric *fabric);
  * Links two axes whose fabrics share a clock. `follower`'s carrier leads the other's by a quarter of a period, so that their
  * samples, one or two a period, never coincide. Thread, once, between drive_init() and drive_start() of both.
  */
-void drive_join(struct axis *a, struct axis *follower);
+void drive_link(struct axis *a, struct axis *follower);
 
 /* Sets where temperatures are kept across a reset, and restores them from there. Thread, once, after drive_init(). */
-void drive_remember_heat(struct axis *a, struct thermal_memory *memory);
+void drive_restore_temperatures(struct axis *a, struct thermal_memory *memory);
 
 /*
  * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. If it means that the fabric

@@ -70,9 +70,9 @@ void drive_sample_fault(struct axis *a)
     }
 }
 
-#define WRONG_Q32   (1u << 27) /* 11 degrees of angle error: the current was not the requested one */
-#define FADES_MS    4u         /* within this time the diodes bring any current to zero */
-#define FADED_SHIFT 3          /* an eighth of i_max */
+#define WRONG_Q32     (1u << 27) /* 11 degrees of angle error: the current was not the requested one */
+#define DECAY_MS      4u         /* within this time the diodes bring any current to zero */
+#define DECAYED_SHIFT 3          /* an eighth of i_max */
 
 void failover_reset(struct axis *a)
 {
@@ -86,7 +86,7 @@ static bool failover_is_possible(const struct axis *a, enum fault cause)
     const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
     return FEATURE_IN(SENSORLESS) && suits && a->reactions.choice[cause] == REACTION_CARRY &&
            a->state == AXIS_OPERATION_ENABLED && !rotor_is_sensorless(a) && a->failover.pending == FAULT_NONE &&
-           a->tuning.observer.usable && !a->tuning.weakens && encoder_watch_offset_is_sure(a);
+           a->tuning.observer.usable && !a->tuning.weakens && encoder_watch_offset_is_verified(a);
 }
 
 /* The rotor's angle at the next sample. */
@@ -118,7 +118,7 @@ static void leave_sensor(struct axis *a, enum fault cause)
 }
 
 /* Recalculates the torque limits, which were for a wrong speed. */
-static void know_speed(struct axis *a)
+static void update_torque_limits(struct axis *a)
 {
     rotor_take_speed(a);
     torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
@@ -132,16 +132,16 @@ static int32_t torque_held_q29(const struct axis *a)
 }
 
 /* The speed loop continues from that torque, towards the same target. */
-static void lead_on(struct axis *a)
+static void continue_speed_loop(struct axis *a)
 {
     a->sensorless = (struct sensorless){.ref_rpm_q16 = a->speed.ref_rpm_q16};
-    know_speed(a);
+    update_torque_limits(a);
     encoder_watch_forget(a);
     supervision_begin_again(a);
 }
 
 /* The handler has changed already: until now the observer was ignored, and the frame turned at the given speed. */
-static void observer_leads(struct axis *a, enum fault cause)
+static void hand_over_to_observer(struct axis *a, enum fault cause)
 {
     volatile struct current_loop *const c = &a->loop;
     a->speed.integral_q29 = torque_held_q29(a);
@@ -153,7 +153,7 @@ static void observer_leads(struct axis *a, enum fault cause)
     current_loop_follow_rotor(c);
     cpu_irq_restore(mask);
     current_loop_restart_feedforward(c, a->fabric, &a->tuning);
-    lead_on(a);
+    continue_speed_loop(a);
 }
 
 /* Returns the frame's angle error. */
@@ -197,7 +197,7 @@ static struct rotor_seed seed_at_sample(const struct axis *a, enum fault cause)
 static void begin_anew(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
-    know_speed(a);
+    update_torque_limits(a);
     modes_request_torque(a, torque_before_q15(a));
     const uint32_t mask = cpu_irq_save();
     current_loop_drop_voltage(c);
@@ -224,20 +224,20 @@ bool failover_begin(struct axis *a, enum fault cause)
     return reaches;
 }
 
-static void let_current_fade(struct axis *a)
+static void wait_for_decay(struct axis *a)
 {
     gate_disable(&a->fabric->gate);
-    current_loop_let_go(&a->loop);
+    current_loop_disarm(&a->loop);
     a->failover.waited_ms = 0;
 }
 
 bool failover_absorbs_trip(struct axis *a)
 {
-    const bool bears = FEATURE_IN(SENSORLESS) && a->failover.pending != FAULT_NONE && current_loop_is_on(&a->loop);
-    if (bears) {
-        let_current_fade(a);
+    const bool absorbed = FEATURE_IN(SENSORLESS) && a->failover.pending != FAULT_NONE && current_loop_is_on(&a->loop);
+    if (absorbed) {
+        wait_for_decay(a);
     }
-    return bears;
+    return absorbed;
 }
 
 bool failover_from_sample(struct axis *a, enum fault cause)
@@ -249,16 +249,16 @@ bool failover_from_sample(struct axis *a, enum fault cause)
     if (cause == FAULT_ENCODER) {
         (void)coast(a);
     } else {
-        let_current_fade(a);
+        wait_for_decay(a);
     }
     a->failover.pending = cause;
     return true;
 }
 
-static bool faded(const struct axis *a)
+static bool has_decayed(const struct axis *a)
 {
     const struct adc_sample s = adc_read(&a->fabric->adc);
-    const int32_t max_q15 = a->tuning.i_max_q15 >> FADED_SHIFT;
+    const int32_t max_q15 = a->tuning.i_max_q15 >> DECAYED_SHIFT;
     return q15_abs(s.ia_q15) < max_q15 && q15_abs(s.ib_q15) < max_q15 && q15_abs(s.ic_q15) < max_q15;
 }
 
@@ -266,10 +266,10 @@ static bool faded(const struct axis *a)
 static void switch_on_again(struct axis *a, enum fault cause)
 {
     a->failover.waited_ms++;
-    if (!faded(a) && a->failover.waited_ms < FADES_MS) {
+    if (!has_decayed(a) && a->failover.waited_ms < DECAY_MS) {
         return;
     }
-    if (!faded(a) || !observer_reaches(a, a->failover.seed.speed_q32)) {
+    if (!has_decayed(a) || !observer_reaches(a, a->failover.seed.speed_q32)) {
         fault_raise(a, cause);
         return;
     }
@@ -281,7 +281,7 @@ static void switch_on_again(struct axis *a, enum fault cause)
     }
     current_loop_offset(&a->loop, 0);
     flying_resume(a, angle_now_q32(a, &a->failover.seed), a->failover.seed.speed_q32);
-    lead_on(a);
+    continue_speed_loop(a);
 }
 
 void failover_step(struct axis *a)
@@ -292,7 +292,7 @@ void failover_step(struct axis *a)
     } else if (!current_loop_is_on(&a->loop)) {
         switch_on_again(a, cause);
     } else if (observer_reaches(a, a->failover.seed.speed_q32)) {
-        observer_leads(a, cause);
+        hand_over_to_observer(a, cause);
     } else {
         fault_raise(a, cause);
     }

@@ -40,7 +40,7 @@ static int32_t min_rpm(const struct axis *a, int32_t i_q15)
 }
 
 /* With the present current, and with none: the load may vanish. */
-static struct outcome sees_little(const struct axis *a)
+static struct outcome margin_is_too_small(const struct axis *a)
 {
     const volatile struct current_loop *const c = &a->loop;
     const int32_t i_q15 = magnitude_q15(q15_sat16(c->i_d_ref_q15), q15_sat16(c->i_q_ref_q15));
@@ -54,7 +54,7 @@ static struct outcome sees_little(const struct axis *a)
 }
 
 /* According to what the target shows. */
-static struct outcome shows_nothing(const struct axis *a, uint32_t target)
+static struct outcome has_no_signal(const struct axis *a, uint32_t target)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     if (source_has(target, SOURCE_COUNTS)) {
@@ -64,7 +64,7 @@ static struct outcome shows_nothing(const struct axis *a, uint32_t target)
         const bool valid = hall_state_is_valid(&a->hall, encoder_hall_latched(encoder));
         return outcome_of(valid ? ERROR_NONE : ERROR_SOURCE_HALL);
     }
-    return sees_little(a);
+    return margin_is_too_small(a);
 }
 
 struct outcome handover_forbidden(const struct axis *a, uint32_t target)
@@ -84,7 +84,7 @@ struct outcome handover_forbidden(const struct axis *a, uint32_t target)
     if (!rotor_is_known(a)) {
         return outcome_of(ERROR_SOURCE_FIELD);
     }
-    return shows_nothing(a, target);
+    return has_no_signal(a, target);
 }
 
 /* Checks the parameters as `on` would with that source. */
@@ -118,7 +118,7 @@ static void wake_hall(struct axis *a)
     start_filter_hall(a);
 }
 
-static void begin_look(struct axis *a, uint32_t target)
+static void begin_comparison(struct axis *a, uint32_t target)
 {
     struct handover *const h = &a->handover;
     *h = (struct handover){.under_way = true,
@@ -159,7 +159,7 @@ struct outcome drive_change_source(struct axis *a, uint32_t target)
         problem = handover_forbidden(a, target);
     }
     if (problem.error == ERROR_NONE) {
-        begin_look(a, target);
+        begin_comparison(a, target);
     }
     return problem;
 }
@@ -203,7 +203,7 @@ static void look_at_hall(struct axis *a, uint32_t state, uint32_t angle_q32)
 }
 
 /* Once a millisecond, when the slow loop has updated the voltages. */
-static void handover_look_at_emf(struct axis *a)
+static void handover_compare_emf(struct axis *a)
 {
     struct handover *const h = &a->handover;
     const uint32_t held = request_hold();
@@ -258,7 +258,7 @@ static void look_at_sample(struct axis *a)
     h->looks++;
 }
 
-static bool seen_enough(const struct handover *h)
+static bool is_complete(const struct handover *h)
 {
     const bool turned = (h->travel_q32 < 0 ? -h->travel_q32 : h->travel_q32) >> 32 != 0;
     if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_MIN) {
@@ -289,7 +289,7 @@ static struct outcome handover_judge(const struct axis *a)
     return OUTCOME_OK;
 }
 
-/* ---- on its way ---- */
+/* ---- in progress ---- */
 
 static void end(struct handover *h, struct outcome outcome)
 {
@@ -300,7 +300,7 @@ static void end(struct handover *h, struct outcome outcome)
 /* A turn in the time of the look. */
 static int32_t slowest_rpm(const struct axis *a)
 {
-    return 60000 / ((int32_t)HANDOVER_LOOK_MS * a->params.pole_pairs) + 1;
+    return 60000 / ((int32_t)HANDOVER_COMPARE_MS * a->params.pole_pairs) + 1;
 }
 
 /* Requests the hand-over from the slow loop, with the encoder's offset as found by the comparison. */
@@ -321,21 +321,21 @@ static void ask_slow_loop(struct axis *a)
     request_release(held);
 }
 
-static void handover_look(struct axis *a)
+static void handover_compare(struct axis *a)
 {
     struct handover *const h = &a->handover;
     if (source_has(h->target, SOURCE_ESTIMATES)) {
-        handover_look_at_emf(a);
+        handover_compare_emf(a);
     }
     look_at_sample(a);
-    if (seen_enough(h)) {
+    if (is_complete(h)) {
         const struct outcome found = handover_judge(a);
         if (found.error != ERROR_NONE) {
             end(h, found);
         } else {
             ask_slow_loop(a);
         }
-    } else if (a->time_ms - h->begun_ms > HANDOVER_LOOK_MS) {
+    } else if (a->time_ms - h->begun_ms > HANDOVER_COMPARE_MS) {
         end(h, (struct outcome){ERROR_SOURCE_SLOW, slowest_rpm(a)});
     }
 }
@@ -362,7 +362,7 @@ bool handover_poll(struct axis *a)
     } else if (a->state != AXIS_OPERATION_ENABLED) {
         end(h, outcome_of(ERROR_NOT_OPERATING));
     } else {
-        handover_look(a);
+        handover_compare(a);
     }
     return h->under_way;
 }

@@ -24,8 +24,8 @@
 
 struct axis;
 
-#define HANDOVER_APART_DEG 15
-#define HANDOVER_LOOK_MS   1000u
+#define HANDOVER_APART_DEG  15
+#define HANDOVER_COMPARE_MS 1000u
 
 struct handover {
     bool under_way;

@@ -31,7 +31,8 @@ struct outcome modes_available(const struct axis *a, uint32_t mode)
     return m->needs_encoder && !rotor_has_encoder(a) ? outcome_of(ERROR_NEEDS_ENCODER) : OUTCOME_OK;
 }
 
-struct outcome modes_check(const struct axis *a, const struct set_point *s)
+/* Whether a set-point is allowed now. Slow loop held. Thread. */
+static struct outcome modes_check(const struct axis *a, const struct set_point *s)
 {
     const struct outcome available = modes_available(a, s->mode);
     return available.error != ERROR_NONE ? available : modes_table[s->mode]->check(a, s->value);
@@ -52,7 +53,8 @@ void modes_enter(struct axis *a, enum axis_mode mode)
     a->mode = mode;
 }
 
-void modes_aim(struct axis *a, const struct set_point *s)
+/* Enters a set-point's mode and applies it. Slow loop, in operation. */
+static void modes_aim(struct axis *a, const struct set_point *s)
 {
     modes_enter(a, (enum axis_mode)s->mode);
     modes_table[s->mode]->aim(a, s);

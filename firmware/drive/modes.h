@@ -218,12 +218,6 @@ static inline bool axis_mode_is_position(uint32_t mode)
 /* Whether an enum axis_mode is built in and has the sensor that it needs. Thread. */
 struct outcome modes_available(const struct axis *a, uint32_t mode);
 
-/* Whether a set-point is allowed now. Slow loop held. Thread. */
-struct outcome modes_check(const struct axis *a, const struct set_point *s);
-
-/* Enters a set-point's mode and applies it. Slow loop, in operation. */
-void modes_aim(struct axis *a, const struct set_point *s);
-
 /* Enters a mode from any other, bumpless, between two steps. Slow loop. */
 void modes_enter(struct axis *a, enum axis_mode mode);
 

@@ -33,7 +33,7 @@ struct outcome drive_defaults(struct axis *a)
 }
 
 /* a cos k(x + f) + b sin k(x + f) as a function of x: a rotation of (a, b) by k f. */
-void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
+static void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
 {
     for (int32_t n = 0; n < m->count; n++) {
         struct cogging_harmonic *const h = &m->harmonics[n];
@@ -156,7 +156,11 @@ static bool reaction_is_foreign(const struct record *r, const struct reactions *
     return !chosen && fault_reaction_is_absent(cause, (enum reaction)r->value[0]);
 }
 
-bool nvm_is_foreign(const struct record *r, const struct axis *own)
+/*
+ * True if this image does not use a stored record; with `own`, whether a save of that axis copies it: not if a different value
+ * has been set here. Thread.
+ */
+static bool nvm_is_foreign(const struct record *r, const struct axis *own)
 {
     switch (r->kind) {
     case RECORD_PARAMETER:
@@ -238,7 +242,8 @@ static enum error read_records(struct candidate *c, const struct slots *s, struc
     return reader.broken ? ERROR_STORED_FORMAT : ERROR_NONE;
 }
 
-struct outcome nvm_check(const struct params *p, struct tuning *t)
+/* Checks a set for consistency as `on` does; `t` is then its tuning. Thread. */
+static struct outcome nvm_check(const struct params *p, struct tuning *t)
 {
     const struct outcome problem = tuning_compute(p, t);
     return problem.error == ERROR_NONE ? tuning_check_motor(p) : problem;
@@ -323,7 +328,7 @@ static const enum error error_of_envm[ENVM_RESULTS] = {
 };
 
 /* Programming a page serves the watchdog, so only while the slow loop runs. This also lets pending interrupts run. */
-static bool slow_loop_lives(const struct axis *a)
+static bool slow_loop_is_running(const struct axis *a)
 {
     const uint32_t before_ms = a->time_ms;
     for (uint32_t wake = 0; wake < WAKES_MAX; wake++) {
@@ -336,7 +341,7 @@ static bool slow_loop_lives(const struct axis *a)
 }
 
 /* No conversions are served while a page is programmed: the slow loop must not report a stopped current loop. */
-static void excuse(struct axis *a)
+static void restart_rate_check(struct axis *a)
 {
     a->rate_chosen_ms = a->time_ms;
 }
@@ -346,15 +351,15 @@ static void program(struct saving *x)
     if (x->problem != ERROR_NONE) {
         return;
     }
-    if (!slow_loop_lives(x->axis)) {
+    if (!slow_loop_is_running(x->axis)) {
         x->problem = ERROR_BUSY;
         return;
     }
     const uint32_t mask = cpu_irq_save();
     const enum envm_result result = envm_program_page(x->writer.page_offset, x->writer.page);
-    excuse(x->axis);
+    restart_rate_check(x->axis);
     if (x->axis->other_axis != NULL) {
-        excuse(x->axis->other_axis);
+        restart_rate_check(x->axis->other_axis);
     }
     cpu_irq_restore(mask);
     x->problem = error_of_envm[result];

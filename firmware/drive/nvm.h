@@ -77,18 +77,6 @@ struct outcome drive_defaults(struct axis *a);
 /* Puts a stored map into effect once the index is seen. Thread, in its idle loop. */
 void drive_restore_cogging(struct axis *a);
 
-/* Re-references the map to a place `from_q32` further on. */
-void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32);
-
-/* Checks a set for consistency as `on` does; `t` is then its tuning. Thread. */
-struct outcome nvm_check(const struct params *p, struct tuning *t);
-
-/*
- * True if this image does not use a stored record; with `own`, whether a save of that axis copies it: not if a different value
- * has been set here. Thread.
- */
-bool nvm_is_foreign(const struct record *r, const struct axis *own);
-
 /* The name under which a fault's reaction is stored; NULL if it cannot be chosen. */
 const char *nvm_name_of_fault(enum fault cause);
 

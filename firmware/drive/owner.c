@@ -5,7 +5,7 @@
 #include "firmware/drive/drive.h"
 
 /* Reads the request first: once it is taken, the state already is the one that follows. */
-bool owner_axis_rests(const struct axis *a)
+bool owner_axis_is_off(const struct axis *a)
 {
     return a->request == AXIS_REQUEST_NONE && !a->switching.under_way && !a->retry.due &&
            a->state == AXIS_SWITCH_ON_DISABLED;
@@ -15,7 +15,7 @@ struct outcome owner_allows(const struct axis *a, enum owner who)
 {
     const uint32_t owner = a->owner.who;
     if (owner == OWNER_NONE || owner == (uint32_t)who || (a->state == AXIS_FAULT && !a->retry.waiting) ||
-        owner_axis_rests(a)) {
+        owner_axis_is_off(a)) {
         return OUTCOME_OK;
     }
     return (struct outcome){ERROR_COMMANDED, (int32_t)owner};
@@ -70,7 +70,7 @@ bool owner_is_lost(const struct axis *a)
 
 void owner_follow(struct axis *a)
 {
-    if (owner_axis_rests(a)) {
+    if (owner_axis_is_off(a)) {
         a->owner.who = OWNER_NONE;
     } else if (!drive_is_on(a) && a->owner.who != OWNER_NONE && owner_is_lost(a)) {
         owner_give_up(a);

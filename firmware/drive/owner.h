@@ -23,7 +23,7 @@ struct ownership {
 };
 
 /* Off, and nothing in progress will switch it on. */
-bool owner_axis_rests(const struct axis *a);
+bool owner_axis_is_off(const struct axis *a);
 
 /* Whether `who` may command; ERROR_COMMANDED names the owner. */
 struct outcome owner_allows(const struct axis *a, enum owner who);

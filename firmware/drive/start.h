@@ -124,9 +124,5 @@ bool start_sensorless_holds_voltage(const struct axis *a);
 void start_hall_begin(struct axis *a);
 void start_hall(struct axis *a);
 void start_hall_wired(struct axis *a);
-bool start_hall_step(struct axis *a);
-
-/* Sectors since the start began. */
-int32_t start_hall_moved(const struct axis *a);
 
 #endif

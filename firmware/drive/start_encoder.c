@@ -101,8 +101,8 @@ static void encoder_begin(struct axis *a)
 /* Counts since the zero measurement began: the shorter direction around the turn. */
 static int32_t moved(const struct axis *a)
 {
-    const int32_t way = (int32_t)latched(a) - (int32_t)a->start.latched;
-    const int32_t size = q15_abs(way);
+    const int32_t travel = (int32_t)latched(a) - (int32_t)a->start.latched;
+    const int32_t size = q15_abs(travel);
     return q15_min(size, a->tuning.encoder_counts - size);
 }
 

@@ -37,7 +37,8 @@ void start_hall_begin(struct axis *a)
     }
 }
 
-int32_t start_hall_moved(const struct axis *a)
+/* Sectors since the start began. */
+static int32_t start_hall_moved(const struct axis *a)
 {
     const int32_t moved = (int32_t)((const volatile struct hall *)&a->hall)->count;
     return moved < 0 ? -moved : moved;
@@ -132,7 +133,7 @@ static bool hall_holds_voltage(const struct axis *a)
     return a->start.phase == START_ALIGN_HALL;
 }
 
-bool start_hall_step(struct axis *a)
+static bool start_hall_step(struct axis *a)
 {
     switch (a->start.phase) {
     case START_ALIGN_HALL:

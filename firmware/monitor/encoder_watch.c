@@ -87,8 +87,12 @@ static void begin_at(struct slip_watch *s, const struct slip_view *v, const stru
     s->across_q15 = across_q15(s, v, t);
 }
 
-bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile struct current_loop *c,
-                     const struct tuning *t)
+/*
+ * One step with the present voltages; `e` is the filtered EMF. True if the change has exceeded about 11 degrees, plus what a
+ * change of speed and current may explain, for three steps.
+ */
+static bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile struct current_loop *c,
+                            const struct tuning *t)
 {
     const struct slip_view v = point_now(c);
     const int32_t steps_shift = MEAN_SHIFT + (int32_t)e->filter_shift;
@@ -173,7 +177,7 @@ void encoder_watch_seed_at_sample(const struct axis *a, enum fault cause, struct
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     const struct encoder_regs *const encoder = &a->fabric->encoder;
-    const int32_t surprise_q32 = encoder_watch_surprise_q32(a);
+    const int32_t surprise_q32 = encoder_watch_deviation_q32(a);
     if (cause == FAULT_ENCODER_DEAD) {
         by_last_edge(a, seed);
     } else if (e->suspect_ms != 0u) {
@@ -264,11 +268,11 @@ void encoder_watch_begin(struct axis *a)
     e->jump_min_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
     e->jump_limit_q32 = e->jump_min_q32;
     emf_reset(&e->emf, &a->tuning);
-    emf_of_counts(&e->emf, a->tuning.encoder_scale_q32);
+    emf_set_count(&e->emf, a->tuning.encoder_scale_q32);
 }
 
 /* Deviation, electrical, of the motion by these counts in these clocks from what the speed predicts. */
-static int32_t surprise_q32_of(const struct tuning *t, int32_t moved, uint32_t clocks, int32_t speed_q32)
+static int32_t deviation_q32_of(const struct tuning *t, int32_t moved, uint32_t clocks, int32_t speed_q32)
 {
     const uint32_t loop_counts = (uint32_t)t->loop_counts;
     const uint32_t samples = (clocks + loop_counts / 2u) / loop_counts;
@@ -310,7 +314,7 @@ static void begin_suspicion(const struct axis *a, struct encoder_watch *e, int32
 }
 
 /* No edge for the time of eight counts, by the edges' time stamps. */
-static bool counts_stand(const struct axis *a, int32_t speed_q32)
+static bool counts_have_stopped(const struct axis *a, int32_t speed_q32)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     const uint32_t quiet = encoder_latch_clock(encoder) - encoder_edge_clock(encoder);
@@ -324,10 +328,10 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
  * than its angle: three times the uncertainty, not four. With less: the error of the resistance is along the current, and the
  * EMF of a turning rotor is soon across it.
  */
-static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, bool tells)
+static bool has_emf(const struct axis *a, const struct encoder_watch *e, bool enough)
 {
     const int32_t across_q15 = q15_abs(e->emf.now.d_q15);
-    if (tells) {
+    if (enough) {
         return q15_max(across_q15, q15_abs(e->emf.now.q_q15)) > e->emf.expected_q15 / 3;
     }
     const int32_t drop_q15 = (a->tuning.r_q12 * q15_abs(a->loop.i_d_q15)) >> 12;
@@ -337,13 +341,13 @@ static bool emf_is_left(const struct axis *a, const struct encoder_watch *e, boo
 /* Counts stopped while the rotor turns: the encoder is dead. Rotor stopped, too: something has blocked the shaft. */
 static void judge_still(struct axis *a, struct encoder_watch *e)
 {
-    const bool tells = e->emf.expected_q15 > 3 * e->emf.unsure_q15;
-    const bool left = emf_is_left(a, e, tells);
+    const bool enough = e->emf.expected_q15 > 3 * e->emf.uncertain_q15;
+    const bool left = has_emf(a, e, enough);
     const uint32_t samples = ++e->looked_ms * (uint32_t)a->tuning.loops_per_slow;
     e->turning_ms = left ? e->turning_ms + 1u : 0u;
-    if (e->turning_ms >= (tells ? 1u : SUSPECT_BAD_MS)) {
+    if (e->turning_ms >= (enough ? 1u : SUSPECT_BAD_MS)) {
         fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
-    } else if (!left && (tells || (uint64_t)samples * angle_size_q32(e->speed_moving_q32) > DEGREES(STILL_TURN))) {
+    } else if (!left && (enough || (uint64_t)samples * angle_size_q32(e->speed_moving_q32) > DEGREES(STILL_TURN))) {
         e->speed_moving_q32 = 0;
         e->stopped = true;
     }
@@ -372,7 +376,7 @@ static void resolve_suspicion(struct axis *a, struct encoder_watch *e, bool stan
     }
 }
 
-bool encoder_watch_offset_is_sure(const struct axis *a)
+bool encoder_watch_offset_is_verified(const struct axis *a)
 {
     return !a->start.remembered || a->supervision.encoder.agreed == AGREED_OFTEN;
 }
@@ -394,7 +398,7 @@ static void judge_by_emf(struct axis *a)
     }
     e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
     if (e->against_ms >= TURNED_TIMES) {
-        const enum fault cause = encoder_watch_offset_is_sure(a) ? FAULT_ENCODER_SLIP : FAULT_OFFSET;
+        const enum fault cause = encoder_watch_offset_is_verified(a) ? FAULT_ENCODER_SLIP : FAULT_OFFSET;
         fault_report(a, cause, emf_angle_deg(&e->emf.filtered, backwards), 0);
     }
 }
@@ -435,41 +439,41 @@ static bool index_shows_slip(const struct axis *a, const struct encoder_watch *e
  * An index pulse must come at the same count as the last one in this direction; it has a width, so each direction has its own
  * count.
  */
-static void look_at_index(struct axis *a)
+static void check_index(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t now = encoder_index(&a->fabric->encoder);
     e->index = now;
-    const uint32_t way = e->speed_before_q32 < 0 ? 1u : 0u;
+    const uint32_t backwards = e->speed_before_q32 < 0 ? 1u : 0u;
     if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
         return; /* its direction is unknown */
     }
-    if (!e->index_known[way]) {
-        e->index_known[way] = true;
-        e->index_first[way] = (int32_t)now;
+    if (!e->index_known[backwards]) {
+        e->index_known[backwards] = true;
+        e->index_first[backwards] = (int32_t)now;
     } else {
-        const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
-        const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
+        const int32_t off = counts_between(a, (uint32_t)e->index_last[backwards], now);
+        const int32_t drift = counts_between(a, (uint32_t)e->index_first[backwards], now);
         e->index_slip = index_shows_slip(a, e, e->index_drift, drift);
         e->index_drift = drift;
         if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
-            fault_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
+            fault_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (backwards == 0u ? off : -off));
         }
         if (e->index_slip) {
             const uint32_t drift_q32 = (uint32_t)drift * a->tuning.encoder_scale_q32;
             fault_report(a, FAULT_ENCODER_SLIP, degrees((int32_t)drift_q32), 0);
         }
     }
-    e->index_last[way] = (int32_t)now;
+    e->index_last[backwards] = (int32_t)now;
 }
 
-int32_t encoder_watch_surprise_q32(const struct axis *a)
+int32_t encoder_watch_deviation_q32(const struct axis *a)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     const struct speed_estimate *const last = &a->speed.estimate;
     const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
     const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
-    return surprise_q32_of(&a->tuning, moved, clocks, a->supervision.encoder.speed_q32);
+    return deviation_q32_of(&a->tuning, moved, clocks, a->supervision.encoder.speed_q32);
 }
 
 enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
@@ -479,10 +483,10 @@ enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
     if (!running) {
         return seen;
     }
-    if (e->suspect_ms == 0u && angle_size_q32(encoder_watch_surprise_q32(a)) <= e->jump_limit_q32) {
+    if (e->suspect_ms == 0u && angle_size_q32(encoder_watch_deviation_q32(a)) <= e->jump_limit_q32) {
         return seen;
     }
-    return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
+    return counts_have_stopped(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
 }
 
 /*
@@ -491,7 +495,7 @@ enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
  */
 static void check_suspect(struct axis *a, struct encoder_watch *e)
 {
-    const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
+    const bool stands = counts_have_stopped(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
     const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
     emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15, frame_w_q15);
     resolve_suspicion(a, e, stands);
@@ -506,12 +510,12 @@ static void encoder_watch_judge(struct axis *a, struct encoder_watch *e)
         e->against_ms--;
     }
     if (encoder_index(&a->fabric->encoder) != e->index) {
-        look_at_index(a);
+        check_index(a);
     }
 }
 
 /* Each millisecond while suspect, else every fourth. */
-static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
+static void encoder_watch_check_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     if (e->suspect_ms != 0u) {
@@ -529,7 +533,7 @@ static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, u
 }
 
 /* Returns the count's deviation from its prediction. */
-static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
+static int32_t check_count(struct axis *a, struct encoder_watch *e)
 {
     const struct speed_estimate *const seen = &a->speed.estimate;
     const int32_t speed_q32 = e->speed_q32;
@@ -544,7 +548,7 @@ static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
     }
     e->speed_before_q32 = speed_q32;
     e->speed_q32 = a->loop.pll.speed_q32;
-    return surprise_q32_of(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
+    return deviation_q32_of(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
 }
 
 static void follow_usual(struct encoder_watch *e, uint32_t surprise_q32)
@@ -559,12 +563,12 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t reported = a->reports.count;
-    const int32_t surprise_q32 = look_at_count(a, e);
+    const int32_t surprise_q32 = check_count(a, e);
     if (e->suspect_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         begin_suspicion(a, e, surprise_q32);
     } else if (e->suspect_ms == 0u) {
         follow_usual(e, angle_size_q32(surprise_q32));
     }
-    encoder_watch_look_at_emf(a, e, turn);
+    encoder_watch_check_emf(a, e, turn);
     return e->suspect_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
 }

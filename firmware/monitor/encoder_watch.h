@@ -37,13 +37,6 @@ struct slip_watch {
     int32_t against;                 /* steps with too large a change */
 };
 
-/*
- * One step with the present voltages; `e` is the filtered EMF. True if the change has exceeded about 11 degrees, plus what a
- * change of speed and current may explain, for three steps.
- */
-bool slip_watch_step(struct slip_watch *s, const struct emf *e, const volatile struct current_loop *c,
-                     const struct tuning *t);
-
 struct encoder_watch {
     struct emf emf;
     struct slip_watch slip;
@@ -93,7 +86,7 @@ static inline bool encoder_watch_has_stopped(const struct encoder_watch *e)
 }
 
 /* True if the offset was found by this start, or verified by the EMF since. Any context. */
-bool encoder_watch_offset_is_sure(const struct axis *a);
+bool encoder_watch_offset_is_verified(const struct axis *a);
 
 /* True if counts were due but none came: a few milliseconds will decide, and the speed is unreliable until then. */
 bool encoder_watch_may_be_dead(const struct axis *a);
@@ -109,7 +102,7 @@ void encoder_watch_seed_at_sample(const struct axis *a, enum fault cause, struct
 struct rotor_seed encoder_watch_seed_of(const struct axis *a, uint32_t count, int32_t jump_q32, uint32_t clock);
 
 /* The present count's deviation from what the slow loop's last step predicts. */
-int32_t encoder_watch_surprise_q32(const struct axis *a);
+int32_t encoder_watch_deviation_q32(const struct axis *a);
 
 /* The speed loop's integral from before the encoder became suspect, Q15 with 14 more bits. Slow loop. */
 int32_t encoder_watch_torque_q29(const struct axis *a);

@@ -78,15 +78,15 @@ static void hall_watch_follow(struct axis *a)
     const struct rotor_seed now = by_switches(a);
     const uint32_t angle_q32 = expected_q32(a, now.clock);
     const bool far = far_off(now.angle_q32, angle_q32);
-    const bool doubt = suspects(a, &now, far);
-    w->suspect_ms = doubt ? w->suspect_ms + 1u : 0u;
-    if (doubt || (waits_for_edge(a, &now) && !far)) {
+    const bool suspect = suspects(a, &now, far);
+    w->suspect_ms = suspect ? w->suspect_ms + 1u : 0u;
+    if (suspect || (waits_for_edge(a, &now) && !far)) {
         w->sound.angle_q32 = angle_q32;
         w->sound.clock = now.clock;
     } else {
         w->sound = now;
     }
-    w->torque_q29 = doubt ? w->torque_q29 : a->speed.integral_q29;
+    w->torque_q29 = suspect ? w->torque_q29 : a->speed.integral_q29;
 }
 
 int32_t hall_watch_torque_q29(const struct axis *a)
@@ -114,8 +114,8 @@ static bool emf_is_elsewhere(struct axis *a)
     const int32_t hidden_q15 = drop_q15 - drop_q15 / 4 + (a->loop.vbus_q15 >> UNCERTAIN_BUS_SHIFT);
     w->emf_q4 += (emf_along_q15(&a->loop, &a->tuning, w_q15) * 16 - w->emf_q4) >> EMF_SHIFT;
     w->expected_q4 += (emf_expected_q15(&a->tuning, w_q15) * 16 - w->expected_q4) >> EMF_SHIFT;
-    const bool tells = w->expected_q4 > 16 * hidden_q15;
-    return tells && w->emf_q4 < w->expected_q4 / 2;
+    const bool enough = w->expected_q4 > 16 * hidden_q15;
+    return enough && w->emf_q4 < w->expected_q4 / 2;
 }
 
 static void watch_emf(struct axis *a)
@@ -135,7 +135,8 @@ void hall_watch_begin(struct axis *a)
     take_counts(a);
 }
 
-void hall_watch_step(struct axis *a)
+/* One millisecond of operation with Hall switches; may raise a fault. Slow loop. */
+static void hall_watch_step(struct axis *a)
 {
     const uint32_t invalid = a->hall_watch.invalid;
     const uint32_t skipped = a->hall_watch.skipped;
@@ -222,8 +223,8 @@ void field_watch_step(struct axis *a)
 {
     struct field_watch *const w = &a->field_watch;
     const struct field_view v = field_watch_look(a);
-    const bool tells = v.expected_q15 > a->loop.vbus_q15 >> MIN_SHIFT;
-    if (!tells) {
+    const bool enough = v.expected_q15 > a->loop.vbus_q15 >> MIN_SHIFT;
+    if (!enough) {
         w->d_q4 = 0;
         w->q_q4 = 0;
         w->expected_q4 = 0;
@@ -232,7 +233,7 @@ void field_watch_step(struct axis *a)
         w->q_q4 = filtered(w->q_q4, v.q_q15);
         w->expected_q4 = filtered(w->expected_q4, v.expected_q15);
     }
-    const int32_t now = is_away(&v, a->loop.vbus_q15) ? MISSING : tells ? points(w, &v) : THERE;
+    const int32_t now = is_away(&v, a->loop.vbus_q15) ? MISSING : enough ? points(w, &v) : THERE;
     w->out = q15_max(w->out + now, 0);
     if (w->out >= FIELD_WATCH_POINTS) {
         const int32_t percent = scale_clamp(100LL * w->q_q4 / q15_max(w->expected_q4, 1), INT32_MIN, INT32_MAX);

@@ -42,9 +42,6 @@ struct hall_watch {
 /* Starts over. Slow loop. */
 void hall_watch_begin(struct axis *a);
 
-/* One millisecond of operation with Hall switches; may raise a fault. Slow loop. */
-void hall_watch_step(struct axis *a);
-
 /* The cause of an over-current: the switches, if the frame has just jumped, else `seen`. Current loop's interrupt, cold. */
 enum fault hall_watch_blame(const struct axis *a, enum fault seen);
 

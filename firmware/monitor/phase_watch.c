@@ -49,7 +49,7 @@ enum phase_look {
 };
 
 /* A phase with an eighth of its reference is intact; one with less may be clamped. */
-static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t min_q15, bool clamped)
+static enum phase_look check_phase(int32_t asked_q15, int32_t measured_q15, int32_t min_q15, bool clamped)
 {
     const int32_t size_q15 = q15_abs(asked_q15);
     if (size_q15 < min_q15) {
@@ -122,9 +122,9 @@ void phase_watch_step(struct axis *a)
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const int32_t min_q15 = min_current_q15(p, &asked);
     const abc_t clamped = clamped_phases(a, &cs);
-    const enum phase_look of_a = look_at(asked.a, measured.a, min_q15, clamped.a);
-    const enum phase_look of_b = look_at(asked.b, measured.b, min_q15, clamped.b);
-    const enum phase_look of_c = look_at(asked.c, measured.c, min_q15, clamped.c);
+    const enum phase_look of_a = check_phase(asked.a, measured.a, min_q15, clamped.a);
+    const enum phase_look of_b = check_phase(asked.b, measured.b, min_q15, clamped.b);
+    const enum phase_look of_c = check_phase(asked.c, measured.c, min_q15, clamped.c);
     const bool any_carries = of_a == PHASE_CONDUCTS || of_b == PHASE_CONDUCTS || of_c == PHASE_CONDUCTS;
     const uint32_t shift = is_held(a) ? ALL_SHIFT : weight_shift(p, &asked, &measured, any_carries);
     const bool a_open = open(p, 0, of_a, asked.a, shift);
@@ -169,7 +169,7 @@ void zero_watch_begin(struct zero_watch *z)
 }
 
 /* Aliasing: at multiples of the sampling rate the field shows the same angle each time. */
-static bool seems_to_stand(int32_t w_q15)
+static bool is_aliased(int32_t w_q15)
 {
     const int32_t hz = (q15_abs(w_q15) * CONFIG_SPEED_BASE_HZ) >> 15;
     return hz > LOOK_HZ / 2 && q15_abs((hz + LOOK_HZ / 2) % LOOK_HZ - LOOK_HZ / 2) < BEAT_HZ;
@@ -189,7 +189,7 @@ void zero_watch_step(struct zero_watch *z, struct axis *a)
     const struct adc_regs *const adc = &a->fabric->adc;
     const struct adc_sample now = adc_read(adc);
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
-    if (!adc_sees_all(adc) || seems_to_stand(w_q15)) {
+    if (!adc_sees_all(adc) || is_aliased(w_q15)) {
         return;
     }
     z->sum_q30 += (int64_t)(now.ia_q15 + now.ib_q15 + now.ic_q15) * w_q15;

@@ -27,7 +27,8 @@ static int32_t resolved_rpm_q4(const struct axis *a)
     return 2 * 60 * 1000 * 16 / a->params.encoder_counts;
 }
 
-void speed_watch_begin(struct axis *a)
+/* Starts, from the parameters. Slow loop, when operation begins. */
+static void speed_watch_begin(struct axis *a)
 {
     const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
     a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a)),
@@ -37,7 +38,7 @@ void speed_watch_begin(struct axis *a)
 }
 
 /* Within a third, plus the error of two sampling periods at each end. */
-static bool alike(uint32_t a, uint32_t b)
+static bool similar(uint32_t a, uint32_t b)
 {
     const uint32_t longer = a > b ? a : b;
     const uint32_t shorter = a > b ? b : a;
@@ -52,7 +53,7 @@ static void close_half_wave(struct axis *a, struct cycle_watch *w)
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
     const bool answered = a->speed.oscillation.answered != w->answered;
     const bool slow = w->half_ms >= CYCLE_MIN && w->half_ms <= CYCLE_MAX;
-    const bool counts = !answered && swings && slow && alike(w->half_ms, w->last_half_ms);
+    const bool counts = !answered && swings && slow && similar(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
     w->last_high_q15 = w->high_q15;
@@ -74,7 +75,7 @@ static void end_half_wave(struct axis *a)
 }
 
 /* Winding or power stage are warm: the missing current is due to derating. */
-static bool heat_holds_back(const struct axis *a)
+static bool is_derated(const struct axis *a)
 {
     const int32_t max_q15 = a->tuning.i_max_q15;
     return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, max_q15) < max_q15 - max_q15 / DERATED_PART;
@@ -95,7 +96,7 @@ static void lose_speed(struct axis *a)
     }
     if (phase_watch_suspects(a, &phase)) {
         fault_report(a, FAULT_OPEN_PHASE, phase, 0);
-    } else if (heat_holds_back(a)) {
+    } else if (is_derated(a)) {
         const bool winding = a->thermal.winding_q4 > a->thermal.max_q4 - DERATED_Q4;
         fault_report(a, winding ? FAULT_OVERTEMPERATURE : FAULT_INVERTER_OVERLOAD, a->thermal.winding_q4 / 16, 0);
     } else if (rotor_has_encoder(a) && encoder_watch_has_stopped(&a->supervision.encoder)) {
@@ -307,7 +308,7 @@ static void watch_thread(struct axis *a)
 }
 
 /* False if the measured speed is suspect, or the bridge may be off: then nothing else is checked. */
-static bool rotor_is_sound(struct axis *a, uint32_t turn)
+static bool speed_is_valid(struct axis *a, uint32_t turn)
 {
     return rotor_has_encoder(a) ? encoder_watch_step(a, turn) : lock_watch_step(a);
 }
@@ -315,7 +316,7 @@ static bool rotor_is_sound(struct axis *a, uint32_t turn)
 /* The parts alternate, to spread the load: phases and speed every second millisecond, the slow ones every fourth. */
 static void step_running(struct axis *a, uint32_t turn)
 {
-    if (!rotor_is_sound(a, turn)) {
+    if (!speed_is_valid(a, turn)) {
         return;
     }
     watch_overspeed(a);
@@ -335,7 +336,7 @@ static void step_running(struct axis *a, uint32_t turn)
 }
 
 /* No current is commanded; or identify plays a burst, where samples differ from the mean. */
-static bool asks_no_phase(const struct axis *a)
+static bool no_current_is_commanded(const struct axis *a)
 {
     const volatile struct current_loop *const c = &a->loop;
     const bool bursts = a->identify.running && (c->kp_d_q9 == 0 || c->kp_q_q9 == 0);
@@ -352,7 +353,7 @@ static void watch_start(struct axis *a, uint32_t turn)
     if (turn == SLOW_TURN) {
         watch_commands(a);
     }
-    if (asks_no_phase(a)) {
+    if (no_current_is_commanded(a)) {
         phase_watch_begin(a);
     } else if (turn % 2u == 0u) {
         phase_watch_expect(a);

@@ -129,11 +129,11 @@ static bool is_far_from_model(const struct thermal *th, int32_t sensed_q4, int32
 static void watch_sensor(struct thermal *th, uint32_t sensor_code, int32_t sensed_q4, int32_t model_q4)
 {
     th->sensor_seen = th->sensor_seen || sensor_code != 0u;
-    const bool doubtful =
+    const bool is_implausible =
         th->sensor_seen && (!is_temperature(sensor_code) || is_far_from_model(th, sensed_q4, model_q4));
-    if (doubtful && th->implausible < SENSOR_UPDATES) {
+    if (is_implausible && th->implausible < SENSOR_UPDATES) {
         th->implausible++;
-    } else if (!doubtful && th->implausible > 0u) {
+    } else if (!is_implausible && th->implausible > 0u) {
         th->implausible--;
     }
     th->sensor_fails = th->implausible == SENSOR_UPDATES || (th->sensor_fails && th->implausible > 0u);

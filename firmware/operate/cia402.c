@@ -100,7 +100,7 @@ static bool axis_is_faulty(const struct axis *a)
 /* This bus commands the axis, and it is on, or will be. */
 static bool owns_axis(const struct cia402 *c, const struct axis *a)
 {
-    return a->owner.who == (uint32_t)c->who && !owner_axis_rests(a);
+    return a->owner.who == (uint32_t)c->who && !owner_axis_is_off(a);
 }
 
 static enum cia402_state state_of(const struct cia402 *c, const struct axis *a)
@@ -117,7 +117,7 @@ static enum cia402_state state_of(const struct cia402 *c, const struct axis *a)
 static void switch_axis_off(struct cia402 *c, struct axis *a)
 {
     c->refusal = OUTCOME_OK;
-    if (!owner_axis_rests(a)) {
+    if (!owner_axis_is_off(a)) {
         c->refusal = drive_switch_off(a);
         owner_give_up(a);
     }
@@ -236,7 +236,7 @@ void cia402_take_over(struct cia402 *c, struct axis *a)
 /* What this bus had started has ended: by itself, because it could not start, or by another line. */
 static void handle_end(struct cia402 *c, const struct axis *a)
 {
-    if (c->authority == AUTHORITY_STARTING && a->switching.outcome.error != ERROR_NONE && owner_axis_rests(a)) {
+    if (c->authority == AUTHORITY_STARTING && a->switching.outcome.error != ERROR_NONE && owner_axis_is_off(a)) {
         c->refusal = a->switching.outcome;
     }
     if (a->owner.stopped_by != OWNER_NONE && a->owner.stopped_by != (uint32_t)c->who) {

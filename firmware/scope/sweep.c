@@ -77,9 +77,9 @@ static void set_reference(const struct sweep *s, int32_t value_q15)
 {
     volatile struct current_loop *const c = &s->axis->loop;
     if (s->loop == SWEEP_D) {
-        current_loop_ask_d(c, value_q15);
+        current_loop_set_i_d(c, value_q15);
     } else {
-        current_loop_ask_q(c, value_q15);
+        current_loop_set_i_q(c, value_q15);
     }
 }
 

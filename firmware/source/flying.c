@@ -20,7 +20,7 @@ void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32
     *t = (struct emf_track){.looks = 1, .at = at, .angle_q32 = angle_q32, .speed_q32 = speed_q32};
 }
 
-void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32)
+void emf_track_add(struct emf_track *t, uint32_t at, uint32_t angle_q32)
 {
     const int32_t since = q15_max((int32_t)(at - t->at), 1);
     const uint32_t expected_q32 = emf_track_angle_q32(t, at);
@@ -34,7 +34,7 @@ void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32)
     t->looks++;
 }
 
-void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32)
+void emf_track_add_any(struct emf_track *t, uint32_t at, uint32_t angle_q32)
 {
     if (t->looks == 0u) {
         emf_track_begin(t, at, angle_q32, 0);
@@ -43,7 +43,7 @@ void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32)
         emf_track_begin(t, at, angle_q32, turned_q32 / q15_max((int32_t)(at - t->at), 1));
         t->looks = 2u;
     } else {
-        emf_track_look(t, at, angle_q32);
+        emf_track_add(t, at, angle_q32);
     }
 }
 
@@ -133,7 +133,7 @@ static void look_at_pulses(struct flying *f, const struct emf_pulse *first, cons
         emf_track_begin(&f->track, second->sequence, emf_q32(second),
                         turned_q32 / q15_max((int32_t)(second->sequence - first->sequence), 1));
     } else {
-        emf_track_look(&f->track, second->sequence, emf_q32(second));
+        emf_track_add(&f->track, second->sequence, emf_q32(second));
     }
 }
 
@@ -145,7 +145,7 @@ static void correct_for_length(struct axis *a)
     f->track.angle_q32 += (uint32_t)late_q32;
 }
 
-static void regulate_to_nothing(struct axis *a)
+static void regulate_to_zero(struct axis *a)
 {
     struct flying *const f = &a->flying;
     f->regulates = true;
@@ -185,7 +185,7 @@ static int32_t size_of(const struct emf_pulse *p)
 static void give_up_pulses(struct axis *a)
 {
     if (a->flying.counts == CONFIG_PWM_COUNTS) {
-        regulate_to_nothing(a);
+        regulate_to_zero(a);
     } else { /* uneven rotation, or wrong parameters */
         fault_raise(a, FAULT_LOCK_LOST);
     }
@@ -203,7 +203,7 @@ static enum flying_result step_pulses(struct axis *a)
     }
     f->quiet = size_q15 < SEEN_Q15 ? f->quiet + 1u : 0u;
     if (f->quiet >= QUIET_LOOKS) {
-        regulate_to_nothing(a);
+        regulate_to_zero(a);
         return FLYING_SEARCHES;
     }
     look_at_pulses(f, &first, &second);
@@ -236,7 +236,7 @@ static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
 }
 
 /* An EMF, unlike dead-time error, rotates at the speed that its amplitude implies, within a factor of two. */
-static bool turns_by_its_size(const struct axis *a, int32_t size_steps)
+static bool speed_matches_amplitude(const struct axis *a, int32_t size_steps)
 {
     const int32_t vbus_q15 = q15_max(adc_vbus_q15(&a->fabric->adc), 1);
     const int32_t w_q15 = q15_sat16(q15_abs(a->flying.track.speed_q32) >> a->loop.w_shift);
@@ -251,11 +251,11 @@ static enum flying_result step_zero(struct axis *a)
     const uint32_t at = mean_voltage(a, &v_steps);
     const int32_t size_steps = magnitude_q15(v_steps.d, v_steps.q);
     if (f->ms > SETTLES_MS && size_steps > MIN_STEPS) {
-        emf_track_find(&f->track, at, atan2_q32(v_steps.q, v_steps.d));
+        emf_track_add_any(&f->track, at, atan2_q32(v_steps.q, v_steps.d));
     } else {
         f->track = (struct emf_track){.looks = 0};
     }
-    if (f->track.good >= GOOD_STEPS && (size_steps > SURE_STEPS || turns_by_its_size(a, size_steps))) {
+    if (f->track.good >= GOOD_STEPS && (size_steps > SURE_STEPS || speed_matches_amplitude(a, size_steps))) {
         turn_to_rotor(a);
         return FLYING_CAUGHT;
     }

@@ -4,7 +4,7 @@
  * order, every step stays below a tenth of rated torque:
  *
  *   pulses        of some microseconds (commission/pulses.h), bridge off in between, each twice as long as the last until
- *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the next ones track it
+ *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the others track it
  *   no current    if the longest pulse shows almost no current, the EMF is small enough to switch the current loop on and
  *                 regulate to zero current. Its voltages are then the EMF, and are tracked the same way
  *   then          the observer starts from that angle, speed, and the matching voltages; the gates switch on right after
@@ -43,10 +43,10 @@ struct emf_track {
 void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32_t speed_q32);
 
 /* Adds a measurement, after the same interval as before. Slow loop. */
-void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32);
+void emf_track_add(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
 /* Adds any measurement, also the first (looks = 0), where the EMF turns by less than half a turn between two. Slow loop. */
-void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32);
+void emf_track_add_any(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
 /* The EMF's direction at a sample. Any context. */
 static inline uint32_t emf_track_angle_q32(const struct emf_track *t, uint32_t at)

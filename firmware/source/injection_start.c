@@ -181,7 +181,7 @@ static enum injection_result leave_polarity(struct axis *a)
     if (s->polarity_found && s->with < s->against) {
         injection_turn_round(&a->loop);
     }
-    current_loop_ask_d(&a->loop, 0);
+    current_loop_set_i_d(&a->loop, 0);
     next_step(s, STEP_REST);
     return INJECTION_RUNNING;
 }
@@ -199,7 +199,7 @@ static enum injection_result decide_polarity(struct axis *a)
         *(with ? &s->with : &s->against) += (int32_t)seen;
         *(with ? &s->with_squares : &s->against_squares) += seen * seen;
     }
-    current_loop_ask_d(&a->loop, with ? s->i_q15 : -s->i_q15);
+    current_loop_set_i_d(&a->loop, with ? s->i_q15 : -s->i_q15);
     s->ms++;
     return INJECTION_RUNNING;
 }
@@ -289,7 +289,7 @@ static enum injection_result push_north(struct axis *a)
     }
     const int32_t i_q15 =
         (ms < s->push_ms) == (window != 1u) ? a->tuning.i_max_q15 / 3 * 2 : -a->tuning.i_max_q15 / 3 * 2;
-    current_loop_ask_q(&a->loop, ms < 2u * s->push_ms ? i_q15 : 0);
+    current_loop_set_i_q(&a->loop, ms < 2u * s->push_ms ? i_q15 : 0);
     s->ms++;
     return INJECTION_RUNNING;
 }

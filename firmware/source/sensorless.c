@@ -35,8 +35,8 @@ void injection_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_MIN_Q8;
-    s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_LEADS_Q8 ? s->calm_ms + 1u : 0u;
-    if (s->calm_ms >= OBSERVER_MS) {
+    s->steady_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_LEADS_Q8 ? s->steady_ms + 1u : 0u;
+    if (s->steady_ms >= OBSERVER_MS) {
         observer_preset(&a->loop, &a->tuning);
         current_loop_exchange(&a->loop, LOOP_OBSERVER);
         s->weak_ms = 0;
@@ -57,11 +57,12 @@ bool injection_takes_over(struct axis *a)
     injection_resume(&a->loop);
     current_loop_exchange(&a->loop, LOOP_INJECTION);
     (void)injection_take(&a->loop);
-    a->sensorless.calm_ms = 0;
+    a->sensorless.steady_ms = 0;
     return true;
 }
 
-void injection_lead_follow(struct axis *a)
+/* Gains, after current_loop_follow(). Slow loop, in injection. */
+static void injection_lead_follow(struct axis *a)
 {
     observer_follow(&a->loop, &a->tuning, OBSERVER_RESTS);
     injection_follow(&a->loop, &a->tuning);
@@ -76,15 +77,15 @@ void injection_lead_follow(struct axis *a)
 #define WEAK_MARGIN MARGIN(30) /* and must hand back */
 #define DOUBTFUL_MARGIN \
     MARGIN(60) /* nor if its flux is off by DOUBT_RHO_Q15: at 0.3 it counts as lost (monitor/lock_watch.c) */
-#define DOUBT_RHO_Q15 8847
-#define CALM_MS       20u
-#define WEAK_MS       8u
-#define CALM_RHO_Q15  8192                      /* a quarter */
-#define CALM_LAG_Q32  (1u << 28)                /* 22 degrees from its mean over 16 ms: it oscillates but is not lost */
-#define LAG_MAX_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
-#define LAG_SHIFT     4
-#define YIELD_MAX_Q32 (1 << 29) /* 45 degrees */
-#define SLEW_SHIFT    4         /* slew of the field's currents: 1/16 of i_max a millisecond */
+#define DOUBT_RHO_Q15     8847
+#define STEADY_MS         20u
+#define WEAK_MS           8u
+#define STEADY_RHO_Q15    8192       /* a quarter */
+#define STEADY_LAG_Q32    (1u << 28) /* 22 degrees from its mean over 16 ms: it oscillates but is not lost */
+#define LAG_MAX_Q32       ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
+#define LAG_SHIFT         4
+#define HOLD_BACK_MAX_Q32 (1 << 29) /* 45 degrees */
+#define SLEW_SHIFT        4         /* slew of the field's currents: 1/16 of i_max a millisecond */
 
 enum align_step {
     ALIGN_ACROSS, /* 90 degrees from the rotor's final position, because there is no torque at 180 degrees */
@@ -164,7 +165,7 @@ static bool align_next(struct axis *a)
     default:
         take_resistance(a);
         s->i_q15 = less_q15(a->tuning.field.i_align_q15);
-        current_loop_ask_d(&a->loop, s->i_q15);
+        current_loop_set_i_d(&a->loop, s->i_q15);
         return true;
     }
 }
@@ -175,7 +176,7 @@ bool sensorless_align(struct axis *a)
     const int32_t i_q15 = a->tuning.field.i_align_q15;
     const int32_t now_q15 = s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15;
     hold_voltage(a, now_q15);
-    current_loop_ask_d(&a->loop, now_q15); /* not regulated: what the phases should carry, for the monitors */
+    current_loop_set_i_d(&a->loop, now_q15); /* not regulated: what the phases should carry, for the monitors */
     s->ms++;
     const uint32_t takes_ms = (uint32_t)a->tuning.field.align_ms >> (s->step == ALIGN_NEARER ? 1 : 0);
     return s->ms >= takes_ms && align_next(a);
@@ -201,7 +202,7 @@ static int32_t torque_of(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q1
     return (int32_t)((int64_t)i_q_q15 * flux_q11 / t->torque_emf_q11);
 }
 
-static bool is_calm(struct axis *a)
+static bool is_steady(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const volatile struct current_loop *const c = &a->loop;
@@ -210,7 +211,7 @@ static bool is_calm(struct axis *a)
     s->lag_q32 += off_q32 >> LAG_SHIFT;
     s->grows_q32 = off_q32 >> LAG_SHIFT;
     return c->flux.margin_q8 >= LEADS_ALL && c->flux.margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
-           q15_abs(c->flux.rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
+           q15_abs(c->flux.rho_q15) < STEADY_RHO_Q15 && angle_size_q32(off_q32) < STEADY_LAG_Q32 &&
            angle_size_q32(lag_q32) < LAG_MAX_Q32;
 }
 
@@ -249,17 +250,17 @@ static void set_field_current(struct axis *a)
     const int32_t limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.field.i_q15);
     const int32_t most = slew_of(a);
     s->i_q15 = slew(s->i_q15, limit_q15, most);
-    current_loop_ask(&a->loop, slew(a->loop.i_d_ref_q15, s->i_q15, most), slew(a->loop.i_q_ref_q15, 0, most));
+    current_loop_set_currents(&a->loop, slew(a->loop.i_d_ref_q15, s->i_q15, most), slew(a->loop.i_q_ref_q15, 0, most));
 }
 
 /*
  * The rotor oscillates about the field, damped only by friction. This adds damping of 0.35 of critical: the field is held back
  * by as much as the rotor lags beyond its mean over about a period.
  */
-static int32_t yield_q32(const struct axis *a)
+static int32_t hold_back_q32(const struct axis *a)
 {
     const struct sensorless *const s = &a->sensorless;
-    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MAX_Q32, YIELD_MAX_Q32);
+    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -HOLD_BACK_MAX_Q32, HOLD_BACK_MAX_Q32);
     return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
 }
 
@@ -276,7 +277,7 @@ static void turn_field(struct axis *a, int32_t slope_q16)
 {
     const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, field_ramp_q16(a)));
     const int32_t speed_q32 = (int32_t)(((int64_t)rpm_q16 * a->tuning.field.speed_per_rpm_q12) >> 12);
-    current_loop_field_speed(&a->loop, speed_q32 - yield_q32(a));
+    current_loop_field_speed(&a->loop, speed_q32 - hold_back_q32(a));
     current_loop_run(&a->loop, speed_q32);
 }
 
@@ -291,13 +292,13 @@ bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
     if (a->loop.flux.margin_q8 < SEES_MARGIN) {
         observer_reset(&a->loop, &a->tuning, current_loop_angle_q32(&a->loop), a->loop.i_d_q15);
         s->lag_q32 = 0;
-        s->calm_ms = 0;
+        s->steady_ms = 0;
         s->sees = false;
         return true;
     }
     follow_rest(a);
-    s->calm_ms = is_calm(a) ? s->calm_ms + 1u : 0u;
-    if (s->calm_ms >= CALM_MS) {
+    s->steady_ms = is_steady(a) ? s->steady_ms + 1u : 0u;
+    if (s->steady_ms >= STEADY_MS) {
         observer_takes_over(a);
     }
     return true;
@@ -315,7 +316,7 @@ static void field_takes_over(struct axis *a)
     const int32_t i_q_q15 = c->i_q_ref_q15;
     const int32_t i_d_q15 = circle_rest_q15(i_q_q15, a->tuning.field.i_q15);
     a->sensorless.i_q15 = a->tuning.field.i_q15;
-    a->sensorless.calm_ms = 0;
+    a->sensorless.steady_ms = 0;
     a->sensorless.sees = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
     current_loop_restart_feedforward(c, a->fabric, &a->tuning);
@@ -350,7 +351,7 @@ void sensorless_after_control(struct axis *a)
     if (s->extra_q15 != 0) {
         s->extra_q15 = slew(s->extra_q15, 0, slew_of(a));
         const int32_t room_q15 = circle_rest_q15(c->i_q_ref_q15, a->tuning.i_max_q15);
-        current_loop_ask_d(c, q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15));
+        current_loop_set_i_d(c, q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15));
     }
     follow_ramp(a);
     if (injection_leads(a)) {

@@ -38,9 +38,6 @@ bool injection_should_lead(const struct axis *a);
 /* The margin is too small: injection takes over; false if not available. Slow loop. */
 bool injection_takes_over(struct axis *a);
 
-/* Gains, after current_loop_follow(). Slow loop, in injection. */
-void injection_lead_follow(struct axis *a);
-
 struct axis;
 
 struct sensorless {
@@ -56,7 +53,7 @@ struct sensorless {
     int32_t grows_q32;         /* its growth per millisecond */
     int32_t rest_q32;          /* mean lag, about which the rotor oscillates */
     bool sees;                 /* the observer runs free, and its angle is valid */
-    uint32_t calm_ms;          /* how long the observer's angle was good enough */
+    uint32_t steady_ms;        /* how long the observer's angle was good enough */
     uint32_t weak_ms;          /* how long it was not */
     int32_t extra_q15;         /* d current without torque, left from the field */
     uint32_t angle_before_q32; /* the rotor's a millisecond ago (rotor.c) */

@@ -25,7 +25,7 @@ class AxesAtRest:
             at_rest(c, axis, fabric)
             axis.time_ms = 1000
         if count > 1:
-            c.drive_join(*self.axes)
+            c.drive_link(*self.axes)
         c.host_envm_new(self.axis, 8e-3, 1)
         found = [c.host_slots() for _ in self.axes]
         for n, one in enumerate(found):

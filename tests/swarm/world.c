@@ -210,10 +210,10 @@ static void boot(void)
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         *(volatile uint32_t *)(uintptr_t)&world.fabrics[n].gate.ID = GATE_ID;
         drive_init(&world.axes[n], &world.fabrics[n]);
-        drive_remember_heat(&world.axes[n], &heat[n]);
+        drive_restore_temperatures(&world.axes[n], &heat[n]);
     }
 #if AXIS_COUNT == 2u
-    drive_join(&world.axes[0], &world.axes[1]);
+    drive_link(&world.axes[0], &world.axes[1]);
 #endif
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         drive_start(&world.axes[n], FAULT_NONE);

@@ -78,7 +78,7 @@ def test_formatting_is_found_by_one_version(tmp_path, monkeypatch):
     ("struct current_loop *const other = &a->loop;", "a pointer to the interrupt's memory that is not volatile"),
     ("const volatile struct current_loop *other = &a->loop;", None), ("if (c->i_q_ref_q15 == 0 || c->ki_q15 <= x) {", None),
     ("s->integral_q29 = x & c->status_max;", None), (".i_d_ref_q15 = loop->i_d_ref_q15,", None),
-    ("current_loop_ask(&a->loop, c->i_d_ref_q15, 0);", None), ("/* c->ki_q15 = 0; */", None)])
+    ("current_loop_set_currents(&a->loop, c->i_d_ref_q15, 0);", None), ("/* c->ki_q15 = 0; */", None)])
 def test_the_current_loop_is_asked_by_its_doors(line, found):
     text = f"void ask(struct axis *a, volatile struct current_loop *c)\n{{\n    {line}\n}}\n"
     for path in ("firmware/source/sensorless.c", "firmware/control/observer.c", "drivers/bringup/main.c"):

@@ -37,8 +37,8 @@ def test_a_current_that_moves_may_hide_l_di_by_dt(emf, by):
 def test_resistance_and_dead_time_may_hide_their_voltages(emf):
     """Half of the resistance counts as unknown, and 1/64 of the bus; of d all that its current takes."""
     e = emf(i_d=-4000, i_q=6000)
-    assert e.unsure_q15 == pytest.approx(emf.r * (4000 + 6000) / 2 + 12800 / 64, abs=2)
-    assert e.slack_q15 == pytest.approx(emf.r * 4000 + 12800 / 64 + e.moving_q15, abs=2)
+    assert e.uncertain_q15 == pytest.approx(emf.r * (4000 + 6000) / 2 + 12800 / 64, abs=2)
+    assert e.tolerance_q15 == pytest.approx(emf.r * 4000 + 12800 / 64 + e.moving_q15, abs=2)
 
 
 @pytest.mark.parametrize("counts_deg, agrees", ((0.36, False), (11.25, True)))
@@ -67,7 +67,7 @@ def judged(emf, c, counts_deg, v_d_of, steps):
     loop, state = c.current_loop(), emf(vbus=0)
     tuning = emf.tuning
     c.emf_reset(state, tuning)
-    c.emf_of_counts(state, round(counts_deg / 360 * 2**32))
+    c.emf_set_count(state, round(counts_deg / 360 * 2**32))
     w_q15 = 3277 * 4096 // tuning.emf_q12
     verdicts = []
     for n in range(steps):

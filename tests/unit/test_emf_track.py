@@ -17,7 +17,7 @@ def track(c, angles, every, speed):
     t = c.emf_track()
     c.emf_track_begin(t, 1000, round(angles[0]) % TURN, round(speed))
     for n, angle in enumerate(angles[1:], 1):
-        c.emf_track_look(t, (1000 + n * every) % TURN, round(angle) % TURN)
+        c.emf_track_add(t, (1000 + n * every) % TURN, round(angle) % TURN)
     return t
 
 
@@ -40,7 +40,7 @@ def emf_angle(t, at):
 def test_good_looks_are_counted_in_a_row(c):
     t = track(c, [0.0] * 8, 20, 0)
     assert (t.looks, t.good) == (8, 7)
-    c.emf_track_look(t, t.at + 20, round(TURN * 25 / 360))
+    c.emf_track_add(t, t.at + 20, round(TURN * 25 / 360))
     assert t.good == 0, "25 degrees from where it was expected"
 
 
@@ -59,7 +59,7 @@ def test_from_nothing_the_second_look_tells_the_speed(c, turn_a_look):
     for first in (0.0, 0.9, 0.99):
         t = c.emf_track()
         for n in range(5):
-            c.emf_track_find(t, (2**32 - 30 + 20 * n) % 2**32, round((first + turn_a_look * n) * TURN) % TURN)
+            c.emf_track_add_any(t, (2**32 - 30 + 20 * n) % 2**32, round((first + turn_a_look * n) * TURN) % TURN)
             if n >= 1:
                 assert abs(t.speed_q32 * 20 - turn_a_look * TURN) < TURN / 1000 and t.looks == n + 1
         assert t.good == 3

@@ -114,9 +114,9 @@ def test_injection_lead_changes_hands_with_nothing_counted_before(c, leading):
     """What each side counted against its lock, or for the other, is of the time before."""
     loop, counted = leading.axis.loop, leading.axis.sensorless
     loop.source, loop.inject.sum_d, loop.inject.sum_q = c.LOOP_OBSERVER, 77, 88
-    counted.calm_ms = 7
+    counted.steady_ms = 7
     assert c.injection_takes_over(leading.axis) and loop.source == c.LOOP_INJECTION
-    assert counted.calm_ms == 0
+    assert counted.steady_ms == 0
     answer = c.injection_take(loop)
     assert (answer.d, answer.q) == (0, 0), "what was summed up before does not count"
     counted.weak_ms, loop.pll.speed_q32 = 5, speed_q32(0.9)

@@ -60,7 +60,7 @@ def test_measure_axes_finds_where_the_response_is_largest(c, axis_deg):
             y = size * (1 + 0.4 * math.cos(2 * (math.radians(axis_deg) - angle)))
             x = size * 0.4 * math.sin(2 * (math.radians(axis_deg) - angle))
             c.measure_axes_add(s, round(n / 32 * 2**32), round(y), round(x))
-        off = c.measure_axes_easy_q32(s) / 2**32 * 360 - axis_deg
+        off = c.measure_axes_angle_q32(s) / 2**32 * 360 - axis_deg
         assert abs((off + 90) % 180 - 90) < (3 if size == 20 else 0.1)
 
 

@@ -370,11 +370,11 @@ def test_a_rotor_that_falls_is_gripped_once_and_only_while_it_is_pulled(c):
     for stage, reluctant, gripped in (("PULL", 0, True), ("SECOND", 0, True), ("PASS", 0, False), ("PULL", 1, False)):
         a, _, tuning = pulling(c, c.enums["stage"]["STAGE_" + stage])
         tuning.reluctant = reluctant
-        assert not c.alignment_check_external_drive(a, tuning) and not a.gripped
+        assert not c.alignment_check_external_drive(a, tuning) and not a.held_firmly
         a.speed.speed_q32, a.speed.let_go_q32, a.swing_ms = 3 * tuning.align_speed_q32, tuning.align_speed_q32, 5
         c.alignment_check_external_drive(a, tuning)
         most = tuning.align[tuning.align_levels - 1].i_q15
-        assert (a.gripped, a.rotor.sense == 0, a.target_q15 == most, a.swing_ms == 0) == (gripped,) * 4, (stage, reluctant)
+        assert (a.held_firmly, a.rotor.sense == 0, a.target_q15 == most, a.swing_ms == 0) == (gripped,) * 4, (stage, reluctant)
         a.swing_ms = 5
         c.alignment_check_external_drive(a, tuning)
         assert a.swing_ms == 5

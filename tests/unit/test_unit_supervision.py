@@ -106,7 +106,7 @@ def test_the_voltage_that_moves_a_current_is_no_reversed_rotor(motor, turned_deg
     for _ in range(4):
         m.i_a -= 4.0 * sign
         assert look() == m.c.EMF_AGREES
-    assert emf.filtered.q_q15 * sign < -emf.unsure_q15, "without it this would be called reversed"
+    assert emf.filtered.q_q15 * sign < -emf.uncertain_q15, "without it this would be called reversed"
     m.extra_v = 0.0
     slip(turned_deg)(m)
     assert [look() for _ in range(4)][-1] == getattr(m.c, f"EMF_{verdict}")
@@ -451,8 +451,8 @@ def test_from_three_times_what_may_hide_it_on_a_missing_emf_tells_that_the_shaft
         return m.axis.supervision.encoder.emf
 
     slow = emf(world(600))
-    m = world(round(600 * times * slow.unsure_q15 / slow.expected_q15))  # what hides it does not depend on the speed
-    assert emf(m).expected_q15 / emf(m).unsure_q15 == pytest.approx(times, rel=0.02)
+    m = world(round(600 * times * slow.uncertain_q15 / slow.expected_q15))  # what hides it does not depend on the speed
+    assert emf(m).expected_q15 / emf(m).uncertain_q15 == pytest.approx(times, rel=0.02)
     m.frozen = True
     m.rpm = m.axis.speed.speed_ref_rpm_q4 = 0
     assert (m.until_fault(60), m.fault) == (None, "NONE")
