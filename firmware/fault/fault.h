@@ -165,7 +165,8 @@ struct axis;
       "the current answered by @ LSB a degree, # hundredths; it takes 4") \
     /* start: the current does not show the rotor's position */ \
     X(47, POLARITY, 0xFF15, OFF, OFF, NO_RETRY, NULL, "north pole not found", \
-      "a rotor that is free and at rest, or a larger i_max_ma or injection_mv", "torque for @ ms in both directions did not show it") \
+      "a rotor that is free and at rest, or a larger i_max_ma or injection_mv", \
+      "torque for @ ms in both directions did not show it") \
     /* start: cannot tell which end of the rotor's axis is north */ \
     X(48, HALL_INVALID, 0x7306, OFF | CARRY, OFF, RETRY, "hall_state", "Hall state", \
       "a Hall wire is broken, the switches have no supply, or hall_states is wrong", \
