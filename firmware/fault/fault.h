@@ -150,7 +150,7 @@ struct axis;
       "load, profile_rpm_s, following_mturn, position_bw_hz", "@ counts from where it should be") \
     /* the shaft is not where it should be */ \
     X(43, HOMING, 0x8613, OFF | STOP, STOP, NO_RETRY, "homing", "homing", \
-      "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct", "gave up after @ counts") \
+      "no index came, or no block within home_turns; or blocked before: home_rpm, home_pct", "gave up after @ counts") \
     /* the search for index or hard stop found nothing */ \
     X(44, LOCK_LOST, 0xFF12, OFF, OFF, RETRY, NULL, "lock lost", \
       "a load step, a bus voltage or a resistance_mohm beyond what the observer tolerates", \
@@ -182,7 +182,7 @@ struct axis;
     /* `learn hall`: did not find their table */ \
     X(51, SLOW_LOOP_STOPPED, 0x6100, OFF, OFF, NO_RETRY, NULL, "slow loop stopped", \
       "its interrupt hung, or was held off for milliseconds", "") \
-    /* no proof of life of the slow loop; the fabric has switched off already */ \
+    /* no watchdog write by the slow loop; the fabric has switched off already */ \
     X(52, THREAD_STOPPED, 0x6100, OFF | STOP, STOP, NO_RETRY, "thread_stopped", "thread stopped", \
       "console, bus or other work hung", "it made no progress for @ ms") \
     /* console and buses made no progress for 100 ms; a controlled stop */ \
@@ -193,7 +193,7 @@ struct axis;
       "the CAN bus and its master", "why: @ (1 heartbeat, 2 NMT, 3 bus-off)") \
     /* the master of the CAN bus no longer commands it */ \
     X(55, OFFSET, 0x7305, OFF, OFF, NO_RETRY, NULL, "offset", \
-      "motor, encoder or phases changed; forgotten: the next 'on' aligns", \
+      "motor, encoder or phases changed; offset dropped: the next 'on' aligns", \
       "the magnets are @ degrees from where the encoder's offset says") \
     /* the remembered angle between encoder and magnets is not the rotor's */ \
     X(56, SENSORS_EXCHANGED, 0x5210, OFF, OFF, NO_RETRY, NULL, "current sensors exchanged", \

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The object dictionary, and its SDO server (CiA 301, 7.2.4): expedited and segmented, both ways; block transfer is refused. */
+/*
+ * The object dictionary, and its SDO server (CiA 301, 7.2.4): expedited and segmented, both directions; block transfer is
+ * refused.
+ */
 #include "firmware/operate/canopen.h"
 #include "firmware/settings/config.h"
 

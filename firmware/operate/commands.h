@@ -162,7 +162,7 @@ bool arguments_read(struct session *s, const struct command *command, struct arg
 /* The fault of this name, with '_' for blanks; FAULT_COUNT if there is none. */
 enum fault fault_typed(const char *name);
 
-/* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
+/* The nth word that completes a row's argument `number`, from 1: empty: to be skipped; NULL past the end. */
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
 
 /*

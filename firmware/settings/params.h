@@ -90,7 +90,7 @@
     /* design.md: delay of the current loops: how large current_bw_hz may be */ \
     PARAM(pwm_samples, 1, 2, 1, "current samples per PWM period: 1, or 2 with sensors in line") \
     /* design.md: delay of the current loops: how large current_bw_hz may be */ \
-    PARAM(overmodulation, 0, 100, 0, "per cent of the way from the voltage circle to six-step; 0: none") \
+    PARAM(overmodulation, 0, 100, 0, "per cent from the voltage circle to six-step; 0: none") \
     /* torque.md: torque at high speed, and its ripple */ \
     PARAM(low_side_shunts, 0, 1, 1, "1: sensors see a phase while its low side conducts; 0: always, in line") \
     /* design.md: which phase currents are measured; pwm_samples, overmodulation */ \

@@ -224,7 +224,10 @@ static void tune_field(const struct params *p, struct tuning *t)
     /* 2 zeta w: 0.7 2 pi a period; that of i_align; the field's own is slightly less */
     t->field.rest_ms = q15_max(t->align[0].period_ms, 1);
     t->field.yield_loops = scale_clamp((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, 1, INT32_MAX);
-    /* a field of up to 0.86 w catches a rotor at rest; it reaches 0.4 w in 0.3 of a turn, whichever way the rotor sticks */
+    /*
+     * a field of up to 0.86 w catches a rotor at rest; it reaches 0.4 w in 0.3 of a turn, in whichever direction the rotor
+     * sticks
+     */
     const int64_t period_poles_ms = (int64_t)t->field.rest_ms * p->pole_pairs;
     t->field.creep_below_q16 = scale_clamp(24000LL * 65536 / period_poles_ms, 0, INT32_MAX);
     t->field.creep_q16 = scale_clamp(16000LL * 65536 / period_poles_ms / t->field.rest_ms + 1, 1, INT32_MAX);

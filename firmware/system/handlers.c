@@ -43,8 +43,8 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
 static bool block_is_in_reset(void)
 {
     const uint32_t held = sysreg_held(BOOT_BLOCKS);
-    const uint32_t n =
-        AXIS_COUNT > 1u && axis_fabric_is_untrusted(&axes[0]) ? AXIS_COUNT - 1u : 0u; /* whom the fabric answers */
+    const uint32_t n = AXIS_COUNT > 1u && axis_fabric_is_untrusted(&axes[0]) ? AXIS_COUNT - 1u
+                                                                             : 0u; /* an axis that is in the fabric */
     return held == SYSREG_RESET_FABRIC ? !axis_fabric_is_untrusted(&axes[n]) && !gate_id_ok(&FABRIC(n)->gate)
                                        : held != 0u;
 }
