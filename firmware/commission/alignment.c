@@ -93,7 +93,7 @@ bool saliency_seen(const struct saliency *s)
 
 /*
  * The magnets' axis is known, but not its polarity: a field across it is never opposite to the rotor's rest position, so the
- * rotor swings by less than 90 degrees.
+ * rotor oscillates by less than 90 degrees.
  */
 static void pull_across(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {

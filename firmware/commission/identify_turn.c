@@ -225,7 +225,7 @@ enum search_phase {
 
 /* ---- measuring ---- */
 
-static void index_look(const struct identify *d, struct identify_index *m, const struct measure_io *io)
+static void read_index(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
     uint32_t index;
     if (!measure_index(io, &index)) {
@@ -249,7 +249,7 @@ static bool search(const struct identify *d, struct identify_index *m, const str
 {
     const int32_t rpm = d->reluctant ? q15_max(d->rpm_max / 4 * SEARCH_QUARTERS, 1) : d->rpm_max;
     (void)measure_spin(io, rpm, identify_i_max_q15(d));
-    index_look(d, m, io);
+    read_index(d, m, io);
     return ran_enough(d, m);
 }
 

@@ -102,7 +102,7 @@ uint32_t measure_axes_angle_q32(const struct measure_axes *s)
 #define KICK_Q32         (MAX_Q32 / 2)                  /* limit of the shift by one count */
 #define STILL_Q32        ((int32_t)(UINT32_MAX / 180u)) /* 2 degrees, and a count and a half of a coarse encoder */
 #define STILL_COUNT_8    12
-#define QUICK_PARTS      8 /* of the period: half a swing is four of them */
+#define QUICK_PARTS      8 /* of the period: half a period is four of them */
 #define QUICK_SWINGS     6
 
 void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32, uint32_t field_q32)

@@ -25,7 +25,7 @@
 struct hall_sector {
     uint32_t middle_q32;
     int32_t half_q32; /* of its width: below a quarter turn */
-    uint32_t place;   /* 0...5, in the direction of growing electrical angle */
+    uint32_t place;   /* 0...5, in the direction of increasing electrical angle */
 };
 
 /* A transition between states from one sample to the next. */
@@ -41,23 +41,23 @@ struct hall_speed {
     uint32_t count;         /* sector count at the last step */
     uint32_t clock;         /* of the last edge */
     int32_t direction;      /* of the last edges: -1, 1; 0: unknown */
-    uint32_t intervals;     /* usable: between edges in this direction, without a reversal */
-    bool lost;              /* the last edge is too long ago: at rest */
-    bool preset;            /* the speed was given by the caller, */
+    uint32_t intervals;     /* valid intervals between edges in this direction */
+    bool lost;              /* time-out since the last edge: at rest */
+    bool preset;            /* the speed was given by the caller */
     uint32_t preset_clock;  /* at this time */
     int32_t speed_q32;      /* turns a sample */
     uint32_t age_clocks;    /* since the last edge */
     uint32_t sector_clocks; /* between the last two edges */
     uint32_t clocks;        /* measuring time, or the time since the last edge if longer */
-    bool by_turn;           /* it was a whole turn */
+    bool by_turn;           /* measured over a whole turn */
     int32_t load_q8;        /* speed change by the load in a millisecond, as push_q8 */
-    /* speed expected from torque and that load, and the angle it integrates to; both wrap */
+    /* speed predicted from torque and that load, and its integral; both wrap */
     uint64_t pushed_q32;
     uint64_t pushed_angle_q32;
     uint64_t pushed_angle_at_q32[HALL_EDGES_STORED]; /* at the edges */
-    uint64_t rest_q32;                               /* the speed less that */
-    int32_t alone_q32;                               /* at rest: the speed that the torque alone would have made, */
-    int64_t alone_angle_q32;                         /* and the way */
+    uint64_t rest_q32;                               /* the speed less the predicted one */
+    int32_t alone_q32;                               /* at rest: the speed that the torque alone would give */
+    int64_t alone_angle_q32;                         /* and its integral */
     uint32_t angle_q32;                              /* of the rotor at the last step */
     int32_t travel_q32;                              /* its travel since the step before, per sample */
 };
@@ -78,7 +78,7 @@ struct hall {
     struct hall_speed speed;
 };
 
-/* Takes the table; the inertia is the tuning's. Slow loop held, or bridge off. */
+/* Takes the table; the inertia is the tuning's. Slow loop masked, or bridge off. */
 void hall_take_table(struct hall *h, const struct hall_table *table, const struct tuning *t);
 
 /* Starts from the present state alone: the angle is the middle of its sector, at rest. Slow loop, LOOP_HALL, bridge off. */
@@ -86,25 +86,25 @@ void hall_begin(struct hall *h, volatile struct current_loop *c, const struct en
 
 /*
  * Takes over from another source, whose angle and speed are in `c`. The load is assumed equal to the torque. For 20 ms, single
- * sectors, which show each misplaced switch, do not override that speed. Slow loop, LOOP_HALL, interrupts held.
+ * sectors, which depend on misplaced switches, do not override that speed. Slow loop, LOOP_HALL, interrupts masked.
  */
 void hall_resume(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
                  int32_t torque_q15);
 
 /*
- * Estimates the speed and gives it to the interrupt, which advances the angle by it. Distance over time between edges is a late
- * mean; so it measures only the load's part of the speed, and the part due to `torque_q15` and the configured inertia is added
- * without delay. It measures over a whole or half turn, where misplaced switches cancel, if that takes 20 ms at most; else over
- * the last sector. While no edge comes, the rotor turns by less than its sector, which bounds the speed; after a quarter of a
- * second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back for about 50
- * cycles.
+ * Estimates the speed and gives it to the interrupt, which advances the angle by it. Distance over time between edges is a
+ * delayed mean; so it is used only for the load's part of the speed, and the part due to `torque_q15` and the configured
+ * inertia is added without delay. It is taken over a whole or half turn, where misplaced switches cancel, if that takes 20 ms
+ * at most; else over the last sector. Without an edge the rotor turns by less than its sector, which limits the speed; after a
+ * quarter of a second it is 0, and the angle is set to the sector's middle. Slow loop, each millisecond; holds the interrupt
+ * back for about 50 cycles.
  */
 void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
                      const struct tuning *t, int32_t torque_q15);
 
 /*
- * The measuring time reported to the speed loop: the longer, the smaller its gains. The effect of its torque is seen at once,
- * so it is a quarter of the time; and 8 ms at most, or a rotor at rest would not get the torque to break loose or to hold a new
+ * The measuring time reported to the speed loop, which reduces its gains with it. The effect of its torque is predicted without
+ * delay, so it is a quarter of the time; and 8 ms at most, because a rotor at rest needs torque to break loose or to hold a new
  * load.
  */
 static inline uint32_t hall_reported_clocks(const struct hall_speed *s)
@@ -114,7 +114,7 @@ static inline uint32_t hall_reported_clocks(const struct hall_speed *s)
     return clocks < most ? clocks : most;
 }
 
-/* An edge is overdue, and the next ones may still tell why: a broken wire, or the rotor stopped. Slow loop. */
+/* An edge is overdue: a broken wire or a stopped rotor, which the next edges may show. Slow loop. */
 static inline bool hall_edge_is_overdue(const struct hall_speed *s)
 {
     return s->age_clocks > s->sector_clocks + s->sector_clocks / 4u && s->age_clocks / 4u < s->sector_clocks;

@@ -22,7 +22,7 @@
  *
  * Two variants, one interrupt:
  *
- *   tone    all pairs of pulses are alike, so the sign alternates each sample, and current swings by +-U T Y / 2 at half
+ *   tone    all pairs of pulses are equal, so the sign alternates each sample, and current alternates by +-U T Y / 2 at half
  *           the sampling rate, which is audible. Each sample gives a response. The controllers see the mean of two samples,
  *           which cancels the ripple
  *   silent  the sign of each pair is the newest bit of a feedback shift register, x^31 + x^28 + 1: the pairs are pseudo-
@@ -61,9 +61,9 @@ struct injection {
     int32_t turned;    /* 0, or -1: a voltage shows at the next sample but one, or at the next */
     int32_t silent;    /* 1: only whole pairs respond; 0: each sample does */
     int32_t cross_q15; /* k */
-    int32_t rad_q8;    /* Q15 of radians by LSB of response, 0: nothing tracks */
+    int32_t rad_q8;    /* Q15 of radians by LSB of response, 0: no tracking */
     /* the slow loop's */
-    int32_t track;          /* gain of the tracking loop, 0: nothing tracks */
+    int32_t track;          /* gain of the tracking loop, 0: no tracking */
     int32_t full_rad_q8;    /* rad_q8 with all of the voltage */
     int32_t share_q8;       /* share of the voltage used: current control needs the rest */
     int32_t last_d, last_q; /* the sums when last taken */
@@ -93,7 +93,7 @@ void injection_resume(volatile struct current_loop *c);
 /* Starts tracking the angle at `angle_q32`; `radian` is G, 128 at least. Slow loop, before injection_follow(). */
 void injection_track(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t radian);
 
-/* The room v_d leaves for the wave, in waves, Q8: below 256 the wave is reduced. Slow loop. */
+/* The voltage left for the wave by v_d, relative to the wave, Q8: below 256 the wave is reduced. Slow loop. */
 int32_t injection_room_q8(const volatile struct current_loop *c, const struct tuning *t);
 
 /* Voltage, cross saturation and gains of the tracking loop for the present bus voltage and current. Slow loop, every ms. */

@@ -13,7 +13,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/settings/error.h"
 
-/* What an operator sees, all taken at one instant. */
+/* The status for the operator, all of one instant. */
 struct drive_status {
     uint32_t state; /* enum axis_state */
     uint32_t fault; /* enum fault */

@@ -14,7 +14,7 @@
 
 /* ==== in the thread ==== */
 
-/* The thread's part of a hand-over: what forbids it, and the look at both angles. */
+/* The thread's part of a hand-over: its conditions, and the comparison of both angles. */
 
 #define DEGREE_Q32   11930465
 #define APART_Q32    (HANDOVER_APART_DEG * DEGREE_Q32)
@@ -31,7 +31,7 @@ void handover_forget(struct handover *h)
 
 /* ---- what forbids it ---- */
 
-/* The margin grows with the speed: the speed at which it suffices with this current. */
+/* The margin increases with speed: the speed at which it suffices with this current. */
 static int32_t min_rpm(const struct axis *a, int32_t i_q15)
 {
     const int32_t margin_q8 = q15_max(observer_margin_q8(&a->tuning, i_q15, W_REF_Q15, a->loop.vbus_q15), 1);
@@ -101,7 +101,7 @@ static struct outcome handover_tune(struct axis *a, uint32_t target)
 
 /* ---- begin ---- */
 
-/* Latches may be old; one that still applies is set again at once. */
+/* Latches may be old; one that still applies is set again immediately. */
 static void wake_encoder(struct axis *a)
 {
     if ((encoder_status(&a->fabric->encoder) & ENCODER_LOST) != 0u) {
@@ -113,7 +113,7 @@ static void wake_encoder(struct axis *a)
 static void wake_hall(struct axis *a)
 {
     struct hall_table table;
-    (void)hall_table_of(&a->params, &table); /* the tuning has looked at it */
+    (void)hall_table_of(&a->params, &table); /* checked with the tuning */
     hall_take_table(&a->hall, &table, &a->tuning);
     start_filter_hall(a);
 }
@@ -164,7 +164,7 @@ struct outcome drive_change_source(struct axis *a, uint32_t target)
     return problem;
 }
 
-/* ---- the look ---- */
+/* ---- the comparison ---- */
 
 static void handover_differ(struct handover *h, int32_t by_q32)
 {
@@ -175,7 +175,7 @@ static void handover_differ(struct handover *h, int32_t by_q32)
 /* The distance from its count to the angle must stay constant. */
 static void look_at_encoder(struct handover *h, uint32_t from_count_q32)
 {
-    if (h->looks == 0u) {
+    if (h->samples == 0u) {
         h->first_q32 = h->offset_known ? h->offset_q32 : from_count_q32;
     }
     const int32_t off_q32 = (int32_t)(from_count_q32 - h->first_q32);
@@ -225,7 +225,7 @@ struct sample {
     uint32_t sequence, clock, angle_q32, count, state;
 };
 
-/* False if another has come meanwhile. */
+/* False if another sample has come meanwhile. */
 static bool read_sample(const struct axis *a, struct sample *s)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
@@ -252,10 +252,10 @@ static void look_at_sample(struct axis *a)
     } else if (source_has(h->target, SOURCE_SWITCHES)) {
         look_at_hall(a, s.state, s.angle_q32);
     }
-    h->travel_q32 += h->looks == 0u ? 0 : (int32_t)(s.angle_q32 - h->angle_q32);
+    h->travel_q32 += h->samples == 0u ? 0 : (int32_t)(s.angle_q32 - h->angle_q32);
     h->angle_q32 = s.angle_q32;
     h->sequence = s.sequence;
-    h->looks++;
+    h->samples++;
 }
 
 static bool is_complete(const struct handover *h)
@@ -264,7 +264,7 @@ static bool is_complete(const struct handover *h)
     if (source_has(h->target, SOURCE_ESTIMATES) && h->states < EMF_MIN) {
         return false;
     }
-    return turned && h->looks >= LOOKS_MIN;
+    return turned && h->samples >= LOOKS_MIN;
 }
 
 /* All six states of the table within a turn, or some are not the switches' own. */
@@ -297,8 +297,8 @@ static void end(struct handover *h, struct outcome outcome)
     h->under_way = false;
 }
 
-/* A turn in the time of the look. */
-static int32_t slowest_rpm(const struct axis *a)
+/* A turn in the time of the comparison. */
+static int32_t min_turn_rpm(const struct axis *a)
 {
     return 60000 / ((int32_t)HANDOVER_COMPARE_MS * a->params.pole_pairs) + 1;
 }
@@ -313,7 +313,7 @@ static void ask_slow_loop(struct axis *a)
         end(h, problem);
     } else if (a->request == AXIS_REQUEST_NONE) {
         if (source_has(h->target, SOURCE_COUNTS) && !h->offset_known) {
-            h->offset_q32 = h->first_q32 + (uint32_t)(int32_t)(h->sum_q32 / (int32_t)h->looks);
+            h->offset_q32 = h->first_q32 + (uint32_t)(int32_t)(h->sum_q32 / (int32_t)h->samples);
         }
         h->asked = true;
         a->request = AXIS_REQUEST_SOURCE;
@@ -336,7 +336,7 @@ static void handover_compare(struct axis *a)
             ask_slow_loop(a);
         }
     } else if (a->time_ms - h->begun_ms > HANDOVER_COMPARE_MS) {
-        end(h, (struct outcome){ERROR_SOURCE_SLOW, slowest_rpm(a)});
+        end(h, (struct outcome){ERROR_SOURCE_SLOW, min_turn_rpm(a)});
     }
 }
 

@@ -4,7 +4,7 @@
  * as it is: `on` begins with angle_source again.
  *
  *   begin     checks what can be checked immediately: mode, parameters as for `on`, whether the target source gives a signal
- *   look      compares both angles over an electrical turn, within a second, from available signals: encoder count,
+ *   compare   compares both angles over an electrical turn, within a second, from available signals: encoder count,
  *             the sector of the switches, the direction of the EMF. They may be 15 degrees apart
  *   take      the slow loop checks the margin again and hands over right after a sample: it turns frame, voltages,
  *             measurements and integrals by the difference of the angles, and changes the vector
@@ -36,12 +36,12 @@ struct handover {
     /* the encoder's offset, electrical, while another source gives the angle */
     bool offset_known;
     uint32_t offset_q32;
-    /* the look */
+    /* the comparison */
     uint32_t begun_ms;
     uint32_t polled_ms; /* the millisecond that `polls` counts in */
     uint32_t polls;
-    uint32_t sequence; /* of the last sample looked at */
-    uint32_t looks;
+    uint32_t sequence; /* of the last sample compared */
+    uint32_t samples;
     uint32_t angle_q32; /* at that sample */
     int64_t travel_q32; /* distance since the first */
     uint32_t states;    /* switch states seen so far, one bit each */
@@ -49,7 +49,7 @@ struct handover {
     int32_t min_q32, max_q32;
     int64_t sum_q32;
     int32_t apart_q32; /* largest difference between the two angles */
-    uint32_t emf_ms;   /* the millisecond of the last look at the EMF */
+    uint32_t emf_ms;   /* the millisecond of the last comparison with the EMF */
     struct emf emf;
 };
 

@@ -173,7 +173,7 @@ static void step_alignment(struct axis *a)
 }
 
 /* A rotor that turns too slowly to show its angle is checked again; one at rest that does not move is aligned. */
-static void look_again(struct axis *a)
+static void repeat_check(struct axis *a)
 {
     if (a->start.check.turns) {
         current_loop_off(&a->loop, a->fabric);
@@ -192,7 +192,7 @@ static void step_check(struct axis *a)
         fault_raise_with(a, FAULT_OFFSET, o->off_deg, 0);
         break;
     case OFFSET_UNKNOWN:
-        look_again(a);
+        repeat_check(a);
         break;
     case OFFSET_RIGHT:
         a->start.phase = START_FOLLOW;

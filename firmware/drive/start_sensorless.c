@@ -15,7 +15,7 @@ static void sensorless_calibrated(struct axis *a)
     a->start.phase = START_CATCH;
 }
 
-/* Switches off and checks the EMF: a driven rotor looks like wrong wiring. */
+/* Switches off and checks the EMF: the currents of a driven rotor resemble wrong wiring. */
 static void sensorless_wiring_failed(struct axis *a, enum fault fault)
 {
     current_loop_off(&a->loop, a->fabric);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Finds a phase that should carry current and does not. */
+/* Detects an open phase: it should conduct and does not. */
 #ifndef FIRMWARE_MONITOR_PHASE_WATCH_H
 #define FIRMWARE_MONITOR_PHASE_WATCH_H
 
@@ -13,7 +13,7 @@ struct phase_watch {
     int32_t missing_q15[3];           /* sums, one term every second millisecond */
     int32_t i_d_ref_q15, i_q_ref_q15; /* of the previous millisecond, which the currents have followed since */
     int32_t min_q15;                  /* smallest measurable current */
-    int32_t conducted_q15;            /* by all phases, in the last few looks */
+    int32_t conducted_q15;            /* by all phases, in the last steps */
 };
 
 /* Starts, from the parameters. Slow loop, when operation begins. */

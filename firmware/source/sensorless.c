@@ -220,9 +220,9 @@ static void follow_rest(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const int32_t lag_q32 = lag_of(a);
-    if (!s->sees) {
+    if (!s->observed) {
         s->rest_q32 = lag_q32;
-        s->sees = true;
+        s->observed = true;
     }
     s->rest_q32 =
         (int32_t)((uint32_t)s->rest_q32 + (uint32_t)(turned_by(lag_q32, s->rest_q32) / a->tuning.field.rest_ms));
@@ -261,7 +261,7 @@ static int32_t hold_back_q32(const struct axis *a)
 {
     const struct sensorless *const s = &a->sensorless;
     const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -HOLD_BACK_MAX_Q32, HOLD_BACK_MAX_Q32);
-    return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
+    return s->observed ? more_q32 / a->tuning.field.yield_loops : 0;
 }
 
 /* The maximum ramp now. */
@@ -293,7 +293,7 @@ bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
         observer_reset(&a->loop, &a->tuning, current_loop_angle_q32(&a->loop), a->loop.i_d_q15);
         s->lag_q32 = 0;
         s->steady_ms = 0;
-        s->sees = false;
+        s->observed = false;
         return true;
     }
     follow_rest(a);
@@ -317,7 +317,7 @@ static void field_takes_over(struct axis *a)
     const int32_t i_d_q15 = circle_rest_q15(i_q_q15, a->tuning.field.i_q15);
     a->sensorless.i_q15 = a->tuning.field.i_q15;
     a->sensorless.steady_ms = 0;
-    a->sensorless.sees = false;
+    a->sensorless.observed = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
     current_loop_restart_feedforward(c, a->fabric, &a->tuning);
     a->speed.ref_rpm_q16 = scale_clamp(2LL * tuning_rpm_q15(&a->tuning, c->pll.speed_q32), -INT32_MAX, INT32_MAX);

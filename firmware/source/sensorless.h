@@ -52,7 +52,7 @@ struct sensorless {
     int32_t lag_q32;           /* the rotor's observed lag behind it, filtered */
     int32_t grows_q32;         /* its growth per millisecond */
     int32_t rest_q32;          /* mean lag, about which the rotor oscillates */
-    bool sees;                 /* the observer runs free, and its angle is valid */
+    bool observed;             /* the observer runs free, and its angle is valid */
     uint32_t steady_ms;        /* how long the observer's angle was good enough */
     uint32_t weak_ms;          /* how long it was not */
     int32_t extra_q15;         /* d current without torque, left from the field */
