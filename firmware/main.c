@@ -16,11 +16,11 @@
 
 int main(void);
 
-static struct mmuart uart;     /* its interrupt's, too */
+static struct mmuart uart;     /* shared with its interrupt */
 static struct rs485 bus;       /* likewise */
-static struct modbus modbus;   /* its buffers would take a sixth of the stack */
-static struct can can;         /* its interrupt's */
-static struct canopen canopen; /* as modbus */
+static struct modbus modbus;   /* too large for the stack */
+static struct can can;         /* shared with its interrupt */
+static struct canopen canopen; /* too large for the stack */
 
 void UART0_IRQHandler(void)
 {
@@ -70,7 +70,7 @@ static void start_uart(void)
 {
     nvic_priority(BOARD_IRQ_CONSOLE, CONFIG_PRIORITY_CONSOLE);
     nvic_enable(BOARD_IRQ_CONSOLE);
-    (void)mmuart_init(&uart, MMUART0, CONFIG_CONSOLE_BAUD); /* the rate fits: the compiler knows it */
+    (void)mmuart_init(&uart, MMUART0, CONFIG_CONSOLE_BAUD); /* a constant rate, checked by the compiler */
     mmuart_use_flow_control(&uart);
 }
 
@@ -78,7 +78,8 @@ static void start_axes(enum fault boot_fault)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
         const bool led =
-            n == 0u || !axis_fabric_is_untrusted(&axes[0]); /* or the follower's carrier would never start */
+            n == 0u || !axis_fabric_is_untrusted(
+                           &axes[0]); /* else the second axis' carrier, synchronized to the first, would never start */
         drive_start(&axes[n], led ? boot_fault : FAULT_FABRIC);
         if (!axis_fabric_is_untrusted(&axes[n])) {
             handlers_start_current_loop(n);
@@ -89,11 +90,11 @@ static void start_axes(enum fault boot_fault)
     }
     handlers_start_slow_loop();
     if (boot_fault != FAULT_CLOCK) {
-        handlers_watch_device(); /* or a PLL that is not locked would end each life of the program */
+        handlers_watch_device(); /* else an unlocked PLL would end each run of the program */
     }
 }
 
-/* By the array's own address: the cache of the code at 0 does not know of what is programmed. Axis 2's are below axis 1's. */
+/* By the array's own address: the cache of the code at 0 is not updated by programming. Axis 2's are below axis 1's. */
 static struct slots settings_slots(uint32_t axis)
 {
     const uint32_t slot_bytes = (uint32_t)((uintptr_t)link_settings_slot_1 - (uintptr_t)link_settings_start);
@@ -105,7 +106,7 @@ static struct slots settings_slots(uint32_t axis)
     };
 }
 
-/* The PWM's start need not wait for it. */
+/* After the PWM's start, which need not wait for these. */
 static void start_behind_pwm(const struct slots *slots, struct nvm_report *loaded)
 {
     if (FEATURE_IN(MODBUS)) {
@@ -133,7 +134,7 @@ static void serve_axis(struct axis *axis)
     }
 }
 
-/* A turn of each; true if one has more to do. */
+/* One pass over all services; true if the console has more to do. */
 static bool serve(struct console *console, struct idle *rest)
 {
     const bool more = FEATURE_IN(CONSOLE) && console_poll(console);
@@ -150,18 +151,18 @@ static bool serve(struct console *console, struct idle *rest)
     return more;
 }
 
-/* What the thread's sleep ends with, and whom it tells of its progress. */
+/* What wakes the thread, and where it reports progress. */
 static struct idle idle_lines(void)
 {
     const volatile uint32_t *const none = &axes[0].time_ms;
     return (struct idle){.time_ms = &axes[0].time_ms,
                          .progress_ms = {&axes[0].thread_ms, &axes[AXIS_COUNT - 1u].thread_ms},
-                         .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : none,
-                                   FEATURE_IN(MODBUS) ? &bus.uart.rx_head : none,
-                                   FEATURE_IN(CAN) ? &can.rx_head : none}};
+                         .received = {FEATURE_IN(CONSOLE) ? &uart.rx_head : none,
+                                      FEATURE_IN(MODBUS) ? &bus.uart.rx_head : none,
+                                      FEATURE_IN(CAN) ? &can.rx_head : none}};
 }
 
-/* First of all: from here on a processor fault knows that the fabric is in doubt. */
+/* First of all: marks the fabric as untrusted, for a processor fault. */
 static void init_axes(struct slots *slots)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
@@ -174,7 +175,7 @@ static void init_axes(struct slots *slots)
     }
 }
 
-/* One part of the work of switching on, of each axis; true if there is more. */
+/* One part of the work of switching on, for each axis; true if there is more. */
 static bool prepare_axes(void)
 {
     bool more = false;

@@ -10,7 +10,7 @@
 
 #define SQUARES_BITS 15
 #define C_MOST_Q13   16384 /* 2.0 */
-#define REST_MOST    (1 << 16)
+#define REST_MAX     (1 << 16)
 
 /* All three sums in proportion, the squares below 2^SQUARES_BITS. They are not negative. */
 static uint32_t shift_to_bits(int64_t squares)
@@ -25,14 +25,14 @@ struct tone_found tone_find(const struct tone *t)
     const uint32_t shift = shift_to_bits(t->squares);
     const int32_t squares = (int32_t)(t->squares >> shift);
     if (squares == 0) {
-        return (struct tone_found){C_MOST_Q13, REST_MOST};
+        return (struct tone_found){C_MOST_Q13, REST_MAX};
     }
     const int32_t products = (int32_t)(t->products >> shift); /* below 2^17, but for the ends of a block that grows */
     const int32_t c_q13 = q15_clamp((int32_t)((int64_t)products * 8192 / squares), -C_MOST_Q13, C_MOST_Q13);
     const int64_t rest_q13 =
         (t->sums >> shift) * 8192 - (int64_t)c_q13 * (2 * products) + (((int64_t)c_q13 * c_q13 * squares) >> 13);
     const int64_t share_q13 = rest_q13 / squares;
-    return (struct tone_found){c_q13, share_q13 > REST_MOST ? REST_MOST : (int32_t)share_q13};
+    return (struct tone_found){c_q13, share_q13 > REST_MAX ? REST_MAX : (int32_t)share_q13};
 }
 
 int32_t tone_hz(int32_t c_q13, int32_t sample_hz)

@@ -60,7 +60,7 @@ static void watch_latches(struct axis *a)
 {
     const uint32_t status = gate_status(&a->fabric->gate);
     if ((status & GATE_STATUS_STO_APART) != 0u && (a->faults.cause == FAULT_STO_A || a->faults.cause == FAULT_STO_B)) {
-        fault_turns_out(a, FAULT_STO_APART);
+        fault_correct_cause(a, FAULT_STO_APART);
     }
     if ((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE || a->faults.cause != FAULT_NONE) {
         return;
@@ -227,7 +227,7 @@ static void distrust_fabric(struct axis *a, enum fault cause)
 
 void drive_start(struct axis *a, enum fault boot_fault)
 {
-    if (fault_doubts_fabric(boot_fault)) {
+    if (fault_fabric_is_untrusted(boot_fault)) {
         distrust_fabric(a, boot_fault);
         return;
     }

@@ -28,7 +28,7 @@ struct outcome drive_defaults(struct axis *a)
     }
     params_init(&a->params);
     a->nvm_from_defaults = true;
-    fault_initial_choices(a->reactions.choice);
+    fault_default_reactions(a->reactions.choice);
     return OUTCOME_OK;
 }
 
@@ -153,7 +153,7 @@ static bool reaction_is_foreign(const struct record *r, const struct reactions *
         return cause == FAULT_COUNT;
     }
     const bool chosen = own != NULL && own->choice[cause] != fault_class(cause)->initial;
-    return !chosen && fault_choice_is_absent(cause, (enum reaction)r->value[0]);
+    return !chosen && fault_reaction_is_absent(cause, (enum reaction)r->value[0]);
 }
 
 /*
@@ -215,7 +215,7 @@ static void set_initial(struct candidate *c)
 {
     *c = (struct candidate){.index_known = false};
     params_init(&c->params);
-    fault_initial_choices(c->choice);
+    fault_default_reactions(c->choice);
 }
 
 static uint32_t count_missing(const struct candidate *c)
@@ -272,7 +272,7 @@ static void stored_take_over(struct axis *a, const struct candidate *c)
 
 void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report *k)
 {
-    *k = (struct nvm_report){.state = NVM_NOTHING, .problem = outcome_of(ERROR_NOTHING_STORED), .view = slots_look(s)};
+    *k = (struct nvm_report){.state = NVM_NOTHING, .problem = outcome_of(ERROR_NOTHING_STORED), .view = slots_check(s)};
     if (!k->view.any) {
         return;
     }
@@ -379,12 +379,12 @@ static void storing_put(struct saving *x, const void *bytes, uint32_t count)
 
 static void put_record(struct saving *x, uint32_t kind, const char *name, const void *value, uint32_t bytes)
 {
-    uint8_t head[RECORD_HEAD_BYTES];
+    uint8_t head[RECORD_HEADER_BYTES];
     const uint32_t name_bytes = (uint32_t)text_length(name);
-    if (!slot_has_room(&x->writer, RECORD_HEAD_BYTES + name_bytes + bytes) && x->problem == ERROR_NONE) {
+    if (!slot_has_room(&x->writer, RECORD_HEADER_BYTES + name_bytes + bytes) && x->problem == ERROR_NONE) {
         x->problem = ERROR_SAVE_FULL;
     }
-    record_head(head, kind, name, bytes);
+    record_header(head, kind, name, bytes);
     storing_put(x, head, sizeof head);
     storing_put(x, name, name_bytes);
     storing_put(x, value, bytes);
@@ -493,14 +493,14 @@ static void storing_finish(struct saving *x)
         program(x);
         slot_next(&x->writer);
     }
-    slot_head(&x->writer);
+    slot_header(&x->writer);
     program(x);
 }
 
 /* Verifies the flash array itself. */
 static bool is_stored(const struct slots *s, const struct slot_writer *w)
 {
-    const struct slots_view view = slots_look(s);
+    const struct slots_view view = slots_check(s);
     return view.any && view.newest == w->slot && view.number[w->slot] == w->number;
 }
 
@@ -512,7 +512,7 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
         return forbidden;
     }
     struct saving x = {.axis = a};
-    const struct slots_view view = slots_look(s);
+    const struct slots_view view = slots_check(s);
     slot_begin(&x.writer, s, &view);
     put_parameters(&x);
     put_reactions(&x);

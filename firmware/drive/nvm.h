@@ -36,10 +36,10 @@ enum nvm_state {
 struct nvm_report {
     struct slots_view view;
     enum nvm_state state;
-    struct outcome problem;           /* why it was refused */
-    char about[RECORD_NAME_MOST + 1]; /* and by which record; "": by the set as a whole */
-    uint32_t unknown;                 /* records that were skipped */
-    char first_unknown[RECORD_NAME_MOST + 1];
+    struct outcome problem;          /* why it was refused */
+    char about[RECORD_NAME_MAX + 1]; /* and by which record; "": by the set as a whole */
+    uint32_t unknown;                /* records that were skipped */
+    char first_unknown[RECORD_NAME_MAX + 1];
     uint32_t missing; /* parameters that are not stored */
 };
 

@@ -10,7 +10,7 @@
 void reaction_init(struct reactions *r)
 {
     *r = (struct reactions){.stopping = false};
-    fault_initial_choices(r->choice);
+    fault_default_reactions(r->choice);
 }
 
 static bool can_stop(const struct axis *a)

@@ -241,7 +241,7 @@ struct outcome drive_choose_reaction(struct axis *a, enum fault cause, enum reac
     if (!drive_is_off(a)) {
         return outcome_of(ERROR_DRIVE_IS_ON);
     }
-    if (fault_choice_is_absent(cause, choice)) {
+    if (fault_reaction_is_absent(cause, choice)) {
         return feature_absent(FEATURE_SENSORLESS);
     }
     if (((fault_class(cause)->allowed >> choice) & 1u) == 0u) {

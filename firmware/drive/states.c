@@ -40,7 +40,7 @@ static void make_ready_with(struct axis *a, const struct tuning *t)
     set_fabric(a);
     a->rate_chosen_ms = a->time_ms; /* the carrier may have stopped, or its rate changed */
     current_loop_tune(&a->loop, &a->tuning);
-    fault_forget_warnings(&a->reports);
+    fault_clear_warnings(&a->reports);
     a->reactions.gain_reductions = 0;
     failover_reset(a);
     handover_forget(&a->handover);
@@ -164,7 +164,7 @@ static const struct transition transition_table[] = {
     {IN(SWITCH_ON_DISABLED) | IN(READY) | BRIDGE_ON, DRIVE_EVENT_OFF, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},
     {IN(SWITCH_ON_DISABLED) | IN(READY) | BRIDGE_ON, DRIVE_EVENT_FAULT, AXIS_FAULT_REACTION, NULL, react_to_fault},
     {IN(FAULT_REACTION), DRIVE_EVENT_GATES_SHUT, AXIS_FAULT, NULL, NULL},
-    {IN(FAULT), DRIVE_EVENT_CLEAR, AXIS_SWITCH_ON_DISABLED, NULL, fault_forget},
+    {IN(FAULT), DRIVE_EVENT_CLEAR, AXIS_SWITCH_ON_DISABLED, NULL, fault_clear},
 };
 
 static bool states_fits(const struct transition *t, struct axis *a, enum drive_event event)

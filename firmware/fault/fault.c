@@ -27,19 +27,19 @@ const struct fault_class *fault_class(enum fault cause)
     return cause < FAULT_COUNT && classes[cause].allowed != 0u ? &classes[cause] : &off_only;
 }
 
-void fault_initial_choices(uint8_t choice[FAULT_COUNT])
+void fault_default_reactions(uint8_t choice[FAULT_COUNT])
 {
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         choice[cause] = fault_class((enum fault)cause)->initial;
     }
 }
 
-bool fault_choice_is_absent(enum fault cause, enum reaction choice)
+bool fault_reaction_is_absent(enum fault cause, enum reaction choice)
 {
     return !FEATURE_IN(SENSORLESS) && choice == REACTION_CARRY && cause != FAULT_OSCILLATION;
 }
 
-/* Safe torque off first: it may well come with a loss of the drivers' supply. No loop: the interrupt's time is bounded. */
+/* Safe torque off first: it often coincides with a loss of the drivers' supply. No loop: bounds the interrupt's time. */
 enum fault fault_from_gate(uint32_t gate_flags)
 {
     if ((gate_flags & GATE_STATUS_STO_APART) != 0u) {
@@ -105,13 +105,13 @@ static void take_snapshot(struct axis *a)
 
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
-    if (axis_fabric_is_untrusted(a)) { /* the gates are off since the reset, and there is nothing to read */
+    if (axis_fabric_is_untrusted(a)) { /* the gates are off since the reset, and nothing can be read */
         const bool none = a->faults.cause == FAULT_NONE;
         a->faults.cause = none ? cause : a->faults.cause;
         a->faults.count += none ? 1u : 0u;
         return none;
     }
-    const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
+    const uint32_t mask = cpu_irq_save(); /* two callers must not both find it clear */
     bridge_lock_out(&a->loop);
     const bool first = a->faults.cause == FAULT_NONE;
     if (first) {
@@ -125,16 +125,16 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     return first;
 }
 
-void fault_turns_out(struct axis *a, enum fault cause)
+void fault_correct_cause(struct axis *a, enum fault cause)
 {
     const uint32_t mask = cpu_irq_save();
     a->faults.cause = a->faults.cause == FAULT_NONE ? FAULT_NONE : cause;
     cpu_irq_restore(mask);
 }
 
-void fault_forget(struct axis *a)
+void fault_clear(struct axis *a)
 {
-    const uint32_t mask = cpu_irq_save(); /* a new fault comes before both or after both */
+    const uint32_t mask = cpu_irq_save(); /* a new fault is latched before both or after both */
     a->faults.cause = FAULT_NONE;
     bridge_unlock(&a->loop);
     cpu_irq_restore(mask);
@@ -142,7 +142,7 @@ void fault_forget(struct axis *a)
 
 void fault_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
-    bridge_lock_out(&a->loop); /* before the gates: a lower level must not enable them again in between */
+    bridge_lock_out(&a->loop); /* before the gates: a lower priority must not enable them again in between */
     if (!axis_fabric_is_untrusted(a)) {
         gate_disable(&a->fabric->gate);
     }
@@ -159,12 +159,11 @@ void fault_raise(struct axis *a, enum fault cause)
 void fault_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
     struct fault_reports *const r = &a->reports;
-    if (r->count < FAULT_REPORTS_MOST) {
+    if (r->count < FAULT_REPORTS_MAX) {
         r->report[r->count] = (struct fault_report){cause, {detail_0, detail_1}};
         r->count++;
     } else {
-        fault_raise_with(a, cause, detail_0,
-                         detail_1); /* nothing is lost, and so much at once is no matter of choice */
+        fault_raise_with(a, cause, detail_0, detail_1); /* no report is lost; so many at the same time justify OFF */
     }
 }
 
@@ -187,7 +186,7 @@ bool fault_warned(const struct fault_reports *r, enum fault cause)
     return ((r->warned[cause / 32u] >> (cause % 32u)) & 1u) != 0u;
 }
 
-bool fault_warns(const struct fault_reports *r)
+bool fault_any_warned(const struct fault_reports *r)
 {
     uint32_t any = 0;
     for (uint32_t n = 0; n < FAULT_WORDS; n++) {
@@ -196,7 +195,7 @@ bool fault_warns(const struct fault_reports *r)
     return any != 0u;
 }
 
-void fault_forget_warnings(struct fault_reports *r)
+void fault_clear_warnings(struct fault_reports *r)
 {
     for (uint32_t n = 0; n < FAULT_WORDS; n++) {
         r->warned[n] = 0;

@@ -8,10 +8,10 @@
  *
  *   number   on the buses: a new fault gets the next one, and none is used twice (tests/unit/numbers.toml)
  *   code     of CiA 402 (IEC 61800-7-201, object 0x603F; CiA 301 has the classes); 0xFF00 and up are the manufacturer's
- *   allowed  reactions: a stop needs a working current loop, encoder and bridge; a warning does no harm by itself
- *   initial  the reaction without anybody's choice
- *   retry    what may pass, and may be tried again without a person: a supply, a load, heat
- *   stored   its name in a record of settings (drive/nvm.h), if there is a choice of reactions: stays, whatever people read
+ *   allowed  reactions: a stop needs a working current loop, encoder and bridge; a warning only where operation may continue
+ *   initial  the default reaction
+ *   retry    automatic restart allowed, for causes that may pass: supply, load, heat
+ *   stored   its name in a record of settings (drive/nvm.h), if there is a choice of reactions: must never change
  *   details  @ and # stand for the numbers of fault_record.detail
  *
  * The order is the priority between causes seen in the same sample: what hardware found comes before what software concludes
@@ -28,10 +28,10 @@ struct axis;
 /* clang-format off */
 #define FAULTS(X) \
     X(1, STO_A, 0xFF01, OFF, OFF, NO_RETRY, NULL, "safe torque off A", \
-      "the first input asked to stop: whoever switched it, its line, its supply", "") \
+      "the first input requested a stop: its switch, line, supply", "") \
     /* first safe-torque-off input; the fabric has switched off already */ \
     X(2, STO_B, 0xFF02, OFF, OFF, NO_RETRY, NULL, "safe torque off B", \
-      "the second input asked to stop: whoever switched it, its line, its supply", "") \
+      "the second input requested a stop: its switch, line, supply", "") \
     /* second input */ \
     X(3, OVERCURRENT_HARDWARE, 0x2320, OFF, OFF, NO_RETRY, NULL, "over-current (hardware)", \
       "short circuit? motor cable, gains, comparator threshold", "") \
@@ -121,7 +121,7 @@ struct axis;
       "speed_bw_hz, inertia_gmm2: the speed loop swings", "at @ Hz") \
     /* the speed loop oscillates by itself */ \
     X(34, COMMAND_TIMEOUT, 0x8100, OFF | STOP | WARN, STOP, NO_RETRY, "command_time-out", "command time-out", \
-      "the controller of this drive; command_timeout_ms", "nothing heard for @ ms") \
+      "the controller of this drive; command_timeout_ms", "no command for @ ms") \
     /* no command for too long */ \
     X(35, ROTOR_TURNING, 0xFF10, OFF, OFF, NO_RETRY, NULL, "rotor turning", \
       "something else turns the motor: wait until it stands still, close the brake", "it moved by @ of # counts in 0.13 s") \
@@ -150,10 +150,10 @@ struct axis;
       "load, profile_rpm_s, following_mturn, position_bw_hz", "@ counts from where it should be") \
     /* the shaft is not where it should be */ \
     X(43, HOMING, 0x8613, OFF | STOP, STOP, NO_RETRY, "homing", "homing", \
-      "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct", "gave up after @ counts") \
+      "no index came, or no block within home_turns; or blocked before: home_rpm, home_pct", "gave up after @ counts") \
     /* the search for index or hard stop found nothing */ \
     X(44, LOCK_LOST, 0xFF12, OFF, OFF, RETRY, NULL, "lock lost", \
-      "a load step, a bus voltage or a resistance_mohm beyond what the observer bears", \
+      "a load step, a bus voltage or a resistance_mohm beyond what the observer tolerates", \
       "what shows it is off by @ %, margin # tenths") \
     /* without an encoder: the observer has lost the rotor */ \
     X(45, OUT_OF_STEP, 0xFF13, OFF, OFF, RETRY, NULL, "out of step", \
@@ -165,7 +165,8 @@ struct axis;
       "the current answered by @ LSB a degree, # hundredths; it takes 4") \
     /* start: the current does not show the rotor's position */ \
     X(47, POLARITY, 0xFF15, OFF, OFF, NO_RETRY, NULL, "north pole not found", \
-      "a rotor that is free and at rest, or a larger i_max_ma or injection_mv", "torque for @ ms either way did not tell") \
+      "a rotor that is free and at rest, or a larger i_max_ma or injection_mv", \
+      "torque for @ ms in both directions did not show it") \
     /* start: cannot tell which end of the rotor's axis is north */ \
     X(48, HALL_INVALID, 0x7306, OFF | CARRY, OFF, RETRY, "hall_state", "Hall state", \
       "a Hall wire is broken, the switches have no supply, or hall_states is wrong", \
@@ -181,18 +182,18 @@ struct axis;
     /* `learn hall`: did not find their table */ \
     X(51, SLOW_LOOP_STOPPED, 0x6100, OFF, OFF, NO_RETRY, NULL, "slow loop stopped", \
       "its interrupt hung, or was held off for milliseconds", "") \
-    /* no proof of life of the slow loop; the fabric has switched off already */ \
+    /* no watchdog write by the slow loop; the fabric has switched off already */ \
     X(52, THREAD_STOPPED, 0x6100, OFF | STOP, STOP, NO_RETRY, "thread_stopped", "thread stopped", \
       "console, bus or other work hung", "it made no progress for @ ms") \
     /* console and buses made no progress for 100 ms; a controlled stop */ \
     X(53, OSCILLATION, 0x8400, OFF | STOP | WARN | SLOWER, CARRY, NO_RETRY, "oscillation", "oscillation", \
       "a coupling that swings, inertia_gmm2, speed_bw_hz", "at @ Hz, or folded to it") \
-    /* the speed loop swings with its shaft: a coupling, or an inertia far from what was told */ \
+    /* the speed loop swings with its shaft: a coupling, or an inertia far from inertia_gmm2 */ \
     X(54, MASTER_LOST, 0x8130, OFF | STOP | WARN, STOP, NO_RETRY, "master_lost", "master lost", \
       "the CAN bus and its master", "why: @ (1 heartbeat, 2 NMT, 3 bus-off)") \
     /* the master of the CAN bus no longer commands it */ \
     X(55, OFFSET, 0x7305, OFF, OFF, NO_RETRY, NULL, "offset", \
-      "motor, encoder or phases changed; forgotten: the next 'on' aligns", \
+      "motor, encoder or phases changed; offset dropped: the next 'on' aligns", \
       "the magnets are @ degrees from where the encoder's offset says") \
     /* the remembered angle between encoder and magnets is not the rotor's */ \
     X(56, SENSORS_EXCHANGED, 0x5210, OFF, OFF, NO_RETRY, NULL, "current sensors exchanged", \
@@ -211,8 +212,8 @@ struct axis;
 
 enum fault { FAULT_NONE, FAULTS(FAULT_NUMBER) FAULT_COUNT };
 
-/* True if a start-up fault leaves the fabric's identity or clock in doubt: then none of its registers may be touched. */
-static inline bool fault_doubts_fabric(enum fault cause)
+/* True if a start-up fault means that the fabric's identity or clock is unknown: none of its registers may be accessed. */
+static inline bool fault_fabric_is_untrusted(enum fault cause)
 {
     return cause == FAULT_CLOCK || cause == FAULT_FABRIC;
 }
@@ -230,16 +231,16 @@ struct fault_snapshot {
 
 struct fault_record {
     volatile uint32_t cause; /* enum fault: the first, until cleared */
-    volatile uint32_t count; /* of all that were latched: one that is cleared again leaves its mark */
+    volatile uint32_t count; /* faults latched since start-up, including cleared ones */
     int32_t detail[2];       /* details of the cause; message_fault_detail() says what they mean */
     struct fault_snapshot snapshot;
 };
 
-/* Reactions to a fault. Each class allows some; hardware faults and those that leave the motor uncontrolled, only the first. */
+/* Reactions to a fault. Each class allows some; hardware faults, and those without control of the motor, only OFF. */
 enum reaction {
-    REACTION_OFF,  /* bridge off at once */
-    REACTION_STOP, /* quick stop, then off; the fault is still latched */
-    REACTION_WARN, /* operation goes on, the console reports it once */
+    REACTION_OFF,  /* bridge off immediately */
+    REACTION_STOP, /* quick stop, then off; the fault is latched */
+    REACTION_WARN, /* operation continues, the console reports it once */
     REACTION_CARRY, /* the same, with less: without the encoder, if the observer sees the rotor (drive/failover.h; else stop or
                        off); with a slower speed loop (control/oscillation.h; else off) */
     REACTION_COUNT
@@ -248,49 +249,48 @@ enum reaction {
 struct fault_class {
     uint8_t allowed; /* one bit per enum reaction */
     uint8_t initial; /* enum reaction */
-    bool retry;      /* may be cleared and tried again without a person */
+    bool retry;      /* automatic restart allowed */
 };
 
 /* Never NULL; an unknown cause gets the class that allows only off. Any context. */
 const struct fault_class *fault_class(enum fault cause);
 
 /* Each fault's initial reaction. Any context. */
-void fault_initial_choices(uint8_t choice[FAULT_COUNT]);
+void fault_default_reactions(uint8_t choice[FAULT_COUNT]);
 
-/* The observer that this choice needs is not in the image. Any context. */
-bool fault_choice_is_absent(enum fault cause, enum reaction choice);
+/* True if the reaction needs the observer, and that is not in the image. Any context. */
+bool fault_reaction_is_absent(enum fault cause, enum reaction choice);
 
-/* The cause behind the gate block's latches; FAULT_NONE when none is set. */
+/* The fault of the gate block's latches; FAULT_NONE when none is set. */
 enum fault fault_from_gate(uint32_t gate_flags);
 
-/* The cause behind the ADC block's flags; FAULT_NONE when none is set. */
+/* The fault of the ADC block's flags; FAULT_NONE when none is set. */
 enum fault fault_from_adc(uint32_t adc_flags);
 
 /*
- * Shuts the gates, and latches the cause with a snapshot if it is the first. Any context. The same with the cause's details:
- * fault_record.detail.
+ * Gates off, and latches the cause with a snapshot if it is the first. Any context. The second also takes fault_record.detail.
  */
 void fault_raise(struct axis *a, enum fault cause);
 void fault_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
-/* Latches without shutting the gates, for a controlled stop; returns true if it was the first. Any context. */
+/* Latches without switching the gates off, for a controlled stop; true if it was the first. Any context. */
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
-/* The latched cause is known better. Slow loop. */
-void fault_turns_out(struct axis *a, enum fault cause);
+/* Replaces the latched cause by a more exact one. Slow loop. */
+void fault_correct_cause(struct axis *a, enum fault cause);
 
-/* The operator, or a retry, has cleared it: the bridge may be enabled again. Slow loop. */
-void fault_forget(struct axis *a);
+/* Clears the latch, for the operator or a restart: the bridge may be enabled again. Slow loop. */
+void fault_clear(struct axis *a);
 
 /* ==== reporting ==== */
 
 /*
- * What the slow loop finds wrong. Modes, sources and monitors only report: they change nothing, and know no state and no
- * reaction. drive/reaction.h takes the reports in their order at the end of the same step.
+ * Faults found by the slow loop. Modes, sources and monitors only report them; drive/reaction.h carries out the reactions, in
+ * the order of the reports, at the end of the same step.
  */
 
-#define FAULT_REPORTS_MOST 12u /* a step makes fewer: each monitor has its turns */
-#define FAULT_WORDS        ((FAULT_COUNT + 31u) / 32u)
+#define FAULT_REPORTS_MAX 12u /* more than a step can make */
+#define FAULT_WORDS       ((FAULT_COUNT + 31u) / 32u)
 
 struct fault_report {
     enum fault cause;
@@ -299,26 +299,26 @@ struct fault_report {
 
 struct fault_reports {
     uint32_t count;
-    struct fault_report report[FAULT_REPORTS_MOST];
-    volatile uint32_t warned[FAULT_WORDS]; /* one bit per fault that was only a warning, since `on` */
+    struct fault_report report[FAULT_REPORTS_MAX];
+    volatile uint32_t warned[FAULT_WORDS]; /* a bit for each fault that was a warning since `on` */
 };
 
-/* One for which there is no room is raised. Slow loop. */
+/* If there is no room the fault is raised. Slow loop. */
 void fault_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
-/* Only warns, whatever reaction is chosen. Slow loop. */
+/* Warns, independent of the chosen reaction. Slow loop. */
 void fault_warn(struct axis *a, enum fault cause);
 
-/* Warns as long as it lasts, off or on. Slow loop, again and again. */
+/* Warns while it lasts, bridge off or on. Slow loop, each step. */
 void fault_warn_while(struct axis *a, enum fault cause, bool lasts);
 
 /* True if a fault was a warning since `on`. Any context. */
 bool fault_warned(const struct fault_reports *r, enum fault cause);
 
 /* True if any was. Any context. */
-bool fault_warns(const struct fault_reports *r);
+bool fault_any_warned(const struct fault_reports *r);
 
-/* Forgets the warnings. Slow loop, at `on`. */
-void fault_forget_warnings(struct fault_reports *r);
+/* Clears the warnings. Slow loop, at `on`. */
+void fault_clear_warnings(struct fault_reports *r);
 
 #endif

@@ -196,7 +196,8 @@ static bool applies(const struct axis *a)
     return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
 }
 
-void speed_watch_side(struct axis *a)
+/* Slow loop, every millisecond, for oscillations of up to 500 Hz. */
+static void speed_watch_side(struct axis *a)
 {
     struct speed_watch *const s = &a->supervision.speed;
     const bool below = a->speed.speed_ref_rpm_q4 < a->speed.speed_rpm_q4;

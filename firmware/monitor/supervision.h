@@ -41,9 +41,6 @@ struct cycle_watch {
     int32_t last_low_q15, last_high_q15;
 };
 
-/* Slow loop, every millisecond, for oscillations of up to 500 Hz. */
-void speed_watch_side(struct axis *a);
-
 /* Slow loop, every second millisecond. */
 void speed_watch_step(struct axis *a);
 

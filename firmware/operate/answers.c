@@ -6,13 +6,13 @@
 /* ==== the nearest name ==== */
 
 /* The name closest to a mistyped word. Serves the buses between names; a name is given up as soon as it is too far. */
-#define NAME_MOST  40u
-#define EDITS_MOST 3u /* more: another word */
+#define WORD_MAX  40u
+#define EDITS_MAX 3u /* more: another word */
 
 /* A name without its case and blanks. */
 struct folded {
     uint32_t length; /* 0 if too long */
-    char c[NAME_MOST];
+    char c[WORD_MAX];
 };
 
 static uint32_t least(uint32_t a, uint32_t b)
@@ -23,14 +23,14 @@ static uint32_t least(uint32_t a, uint32_t b)
 static void fold(struct folded *f, const char *name)
 {
     const size_t length = text_length(name);
-    f->length = length <= NAME_MOST ? (uint32_t)length : 0u;
+    f->length = length <= WORD_MAX ? (uint32_t)length : 0u;
     for (uint32_t n = 0; n < f->length; n++) {
         f->c[n] = message_typed(name[n]);
     }
 }
 
 /* The next row of the Levenshtein matrix, for the word's letter c, within `few` of the diagonal. Returns its minimum. */
-static uint32_t next_row(uint8_t row[NAME_MOST + 1u], uint32_t typed, char c, const struct folded *name, uint32_t few)
+static uint32_t next_row(uint8_t row[WORD_MAX + 1u], uint32_t typed, char c, const struct folded *name, uint32_t few)
 {
     const uint32_t from = typed > few ? typed - few : 1u;
     const uint32_t to = least(typed + few, name->length);
@@ -51,7 +51,7 @@ static uint32_t next_row(uint8_t row[NAME_MOST + 1u], uint32_t typed, char c, co
 /* Levenshtein distance; few + 1 if it is larger than `few`. */
 static uint32_t edits(const struct folded *word, const struct folded *name, uint32_t few)
 {
-    uint8_t row[NAME_MOST + 1u];
+    uint8_t row[WORD_MAX + 1u];
     for (uint32_t n = 0; n <= name->length; n++) {
         row[n] = (uint8_t)n;
     }
@@ -87,7 +87,7 @@ const char *nearest_name(const char *word, names_fn name_of, struct text *others
     struct folded typed;
     struct folded other;
     fold(&typed, word);
-    uint32_t most = typed.length < 6u ? 1u : least(typed.length / 3u, EDITS_MOST);
+    uint32_t most = typed.length < 6u ? 1u : least(typed.length / 3u, EDITS_MAX);
     const char *best = NULL;
     const char *name;
     for (uint32_t n = 0; typed.length > 1u && (name = name_of(n)) != NULL; n++) {

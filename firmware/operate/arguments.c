@@ -4,8 +4,8 @@
 #include "firmware/operate/messages.h"
 #include "firmware/settings/params.h"
 
-#define BAUD_LEAST 9600
-#define BAUD_MOST  3000000
+#define BAUD_MIN 9600
+#define BAUD_MAX 3000000
 
 /* ---- parsing: false if the word does not fit ---- */
 
@@ -62,12 +62,12 @@ static bool read_signal(const char *word, int32_t *value)
 
 static bool read_stream_ms(const char *word, int32_t *value)
 {
-    return text_parse_int(word, value) && *value >= 0 && *value <= STREAM_EVERY_MOST;
+    return text_parse_int(word, value) && *value >= 0 && *value <= STREAM_EVERY_MAX;
 }
 
 static bool read_baud(const char *word, int32_t *value)
 {
-    return text_parse_int(word, value) && *value >= BAUD_LEAST && *value <= BAUD_MOST;
+    return text_parse_int(word, value) && *value >= BAUD_MIN && *value <= BAUD_MAX;
 }
 
 /* The nth word of a text like "off|stop|warn"; NULL past the end. */
@@ -163,7 +163,7 @@ static const char *argument_text(const struct command *row, uint32_t number)
 
 static const struct argument_kind *argument_kind(const struct command *row, uint32_t number)
 {
-    return &argument_kinds[number <= ARGUMENTS_MOST ? row->kinds[number - 1u] : ARGUMENT_NONE];
+    return &argument_kinds[number <= ARGUMENTS_MAX ? row->kinds[number - 1u] : ARGUMENT_NONE];
 }
 
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length)

@@ -80,7 +80,7 @@ static void go_to(struct canopen *c, enum nmt_state state)
     c->state = state;
 }
 
-/* Off first, whoever commands; then the profile as at power-on, so that no old target takes effect later. */
+/* Off first, whichever line commands; then the profile as at power-on, so that no old target takes effect later. */
 static void reset_node(struct canopen *c)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/canopen.h"
 
-#define SYNCHRONOUS_MOST 240u
-#define PDO_BITS         64u
+#define SYNCHRONOUS_MAX 240u
+#define PDO_BITS        64u
 
 /* ---- what a master may set ---- */
 
@@ -24,7 +24,7 @@ uint32_t canopen_pdo_id(const struct canopen_pdo *p, uint32_t id)
 
 uint32_t canopen_pdo_type(uint32_t type)
 {
-    return type <= SYNCHRONOUS_MOST || type >= 254u ? 0u : SDO_VALUE;
+    return type <= SYNCHRONOUS_MAX || type >= 254u ? 0u : SDO_VALUE;
 }
 
 /* RPDOs may carry what acts immediately: control word, mode, targets. */
@@ -90,7 +90,7 @@ static bool exists(const struct canopen_pdo *p)
 
 static bool is_synchronous(const struct canopen_pdo *p)
 {
-    return p->type <= SYNCHRONOUS_MOST;
+    return p->type <= SYNCHRONOUS_MAX;
 }
 
 static uint32_t length_of(const struct canopen_pdo *p)

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The object dictionary, and its SDO server (CiA 301, 7.2.4): expedited and segmented, both ways; block transfer is refused. */
+/*
+ * The object dictionary, and its SDO server (CiA 301, 7.2.4): expedited and segmented, both directions; block transfer is
+ * refused.
+ */
 #include "firmware/operate/canopen.h"
 #include "firmware/settings/config.h"
 
@@ -11,7 +14,7 @@
 #define CHARACTER_BITS 7u
 #define DISTANCE_BITS  10u
 #define COUNT_BITS     6u
-#define LEAST          3u
+#define COPY_MIN       3u
 
 static uint32_t take_bits(struct data_sheet *s, uint32_t count)
 {
@@ -44,7 +47,7 @@ static uint8_t data_sheet_next(struct data_sheet *s)
     } else {
         if (s->left == 0u) {
             s->distance = take_bits(s, DISTANCE_BITS);
-            s->left = take_bits(s, COUNT_BITS) + LEAST;
+            s->left = take_bits(s, COUNT_BITS) + COPY_MIN;
         }
         character = s->recent[(s->place - s->distance - 1u) % DATA_SHEET_WINDOW];
         s->left--;

@@ -451,7 +451,8 @@ uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const 
 {
     const bool operates = now->state == AXIS_OPERATION_ENABLED;
     return state_bits(c, a, now->state) | bits_if(owner_allows(a, c->who).error == ERROR_NONE, CIA402_REMOTE) |
-           bits_if(fault_warns(&a->reports), CIA402_WARNING) | bits_if(c->refusal.error != ERROR_NONE, CIA402_REFUSED) |
+           bits_if(fault_any_warned(&a->reports), CIA402_WARNING) |
+           bits_if(c->refusal.error != ERROR_NONE, CIA402_REFUSED) |
            bits_if(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
            bits_if(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
 }

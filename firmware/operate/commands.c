@@ -77,7 +77,7 @@ static size_t split_line(char *line, char **words)
         if (*line == '\0') {
             return count;
         }
-        if (count > ARGUMENTS_MOST) {
+        if (count > ARGUMENTS_MAX) {
             return count + 1u;
         }
         words[count++] = line;

@@ -49,12 +49,12 @@ static inline uint32_t session_axis(const struct session *s)
     return AXIS_COUNT == 1u ? 0u : (uint32_t)(s->axis - s->axes);
 }
 
-#define ARGUMENTS_MOST 4u
+#define ARGUMENTS_MAX 4u
 
 /* A line split into words; word 0 is the command's name. */
 struct arguments {
-    char *word[ARGUMENTS_MOST + 1u];
-    int32_t value[ARGUMENTS_MOST + 1u]; /* the word parsed by its kind */
+    char *word[ARGUMENTS_MAX + 1u];
+    int32_t value[ARGUMENTS_MAX + 1u]; /* the word parsed by its kind */
 };
 
 enum argument {
@@ -87,7 +87,7 @@ struct command {
     const char *name;
     const char *arguments;
     const char *help;
-    uint8_t kinds[ARGUMENTS_MOST]; /* enum argument */
+    uint8_t kinds[ARGUMENTS_MAX]; /* enum argument */
     void (*run)(struct session *s, const struct arguments *a);
     struct outcome (*request)(struct axis *axis);               /* its outcome is the answer */
     struct outcome (*demand)(struct axis *axis, int32_t value); /* likewise, of the first argument */
@@ -162,7 +162,7 @@ bool arguments_read(struct session *s, const struct command *command, struct arg
 /* The fault of this name, with '_' for blanks; FAULT_COUNT if there is none. */
 enum fault fault_typed(const char *name);
 
-/* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
+/* The nth word that completes a row's argument `number`, from 1: empty: to be skipped; NULL past the end. */
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
 
 /*

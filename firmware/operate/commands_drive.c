@@ -222,7 +222,7 @@ const struct command commands_drive[] = {
     {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start",
      .run = run_status},
     {"on", "", "calibrate, align if needed, enable operation", .run = run_on, .begins = PROGRESS_ON},
-    {"take", "", "command what another line commands: it goes on as it is, and that one is refused from now on",
+    {"take", "", "take over from another line: the motion continues, and the other line is refused from now on",
      .run = run_take},
 };
 
@@ -235,9 +235,9 @@ const struct command commands_motion[] = {
 };
 
 const struct command commands_position[] = {
-    {"pp", " COUNTS", "profile position: to COUNTS from the zero, also on the way elsewhere",
+    {"pp", " COUNTS", "profile position: to COUNTS from the zero, also during another move",
      {ARGUMENT_COUNTS}, .run = run_position, .begins = PROGRESS_MOVE},
-    {"pp", " by COUNTS", "so many from the last target", {ARGUMENT_BY, ARGUMENT_COUNTS},
+    {"pp", " by COUNTS", "relative to the last target", {ARGUMENT_BY, ARGUMENT_COUNTS},
      .run = run_position_by, .begins = PROGRESS_MOVE},
     {"hm", " index|block", "homing: search for the encoder's index or a mechanical block, which then is position 0",
      {ARGUMENT_CHOICE}, .run = run_home, .begins = PROGRESS_HOME},
@@ -261,7 +261,7 @@ _Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_
 /* clang-format off */
 const struct command commands_angle[] = {
     {"angle", " encoder|observer|hall",
-     "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
+     "change the source of the rotor's angle, while it turns; 'on' begins with angle_source",
      {ARGUMENT_CHOICE}, .run = run_angle, .owner_only = true},
     {"forget", "", "the angle between encoder and magnets, while off: the next 'on' aligns", .request = drive_forget},
 };
@@ -343,7 +343,7 @@ static void run_learn(struct session *s, const struct arguments *a)
 /* clang-format off */
 const struct command commands_learn[] = {
     {"learn", " cogging|hall",
-     "turn slowly both ways and record cogging torque against position; or, while off, the edges of the Hall switches",
+     "turn slowly in both directions and record cogging torque against position; or, while off, the edges of the Hall switches",
      {ARGUMENT_CHOICE}, .run = run_learn, .begins = PROGRESS_LEARN},
 };
 /* clang-format on */

@@ -92,6 +92,6 @@ static void run_fault(struct session *s, const struct arguments *unused)
 const struct command commands_fault[] = {
     {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault",
      .run = run_fault},
-    {"clear", "", "forget the fault if its cause is gone", .request = drive_clear_fault},
+    {"clear", "", "clear the fault if its cause is gone", .request = drive_clear_fault},
 };
 /* clang-format on */

@@ -74,9 +74,9 @@ static void put_signals(struct session *s)
 }
 
 /* Words are in the operator's sign: for a signal of opposite sign `below` and `above` are exchanged. */
-static enum capture_when when_turned(enum capture_when when, const struct signal_info *info, const struct axis *a)
+static enum capture_when when_directed(enum capture_when when, const struct signal_info *info, const struct axis *a)
 {
-    const bool opposite = when != CAPTURE_NEVER && info->turned && axis_forward(a) < 0;
+    const bool opposite = when != CAPTURE_NEVER && info->directed && axis_forward(a) < 0;
     return opposite ? (enum capture_when)(((uint32_t)when - CAPTURE_ABOVE) ^ 1u) + CAPTURE_ABOVE : when;
 }
 
@@ -87,7 +87,7 @@ static void put_trigger(struct session *s)
     if (c->when == CAPTURE_NEVER) {
         text_put(&s->out, "trigger: never");
     } else {
-        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[when_turned(c->when, info, s->axis)],
+        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[when_directed(c->when, info, s->axis)],
                    signal_milli(signal_scale(info, s->axis), c->level), signal_unit(info->format));
     }
     text_print(&s->out, ", before: %u of %u samples\n", c->before, scope_capacity(s->scope));
@@ -104,7 +104,7 @@ static void run_scope(struct session *s, const struct arguments *a)
     text_print(&s->out, ", every: %u samples of the current loop\n", s->scope->every);
     put_trigger(s);
     text_print(&s->out, "capture: %s%s, dropped: %u, late: %u\n", state_texts[state],
-               caused ? cause_texts[c->cause] : "", s->scope->torn, s->scope->late);
+               caused ? cause_texts[c->cause] : "", s->scope->dropped, s->scope->late);
     text_print(&s->out, "kept from the last fault: %u samples, one a millisecond\n",
                scope_extent(s->scope, SCOPE_FAULT).samples);
 }
@@ -116,7 +116,7 @@ static void put_heading(struct session *s, enum scope_record record, const struc
     const bool fault = record == SCOPE_FAULT; /* one a millisecond, none missing */
     text_print(&s->out, "samples: %u, trigger: %u, every: %u, a millisecond has: %u, dropped: %u, late: %u\n",
                extent->samples, extent->trigger, fault ? 1u : s->scope->every, fault ? 1u : s->scope->rate_of,
-               fault ? 0u : s->scope->torn, fault ? 0u : s->scope->late);
+               fault ? 0u : s->scope->dropped, fault ? 0u : s->scope->late);
     put_names(s, extent->choice, " ");
     for (uint32_t i = 0; i < extent->words; i++) {
         const struct signal_scale scale = signal_scale(&signal_table[extent->choice->which[i]], s->axis);
@@ -127,7 +127,7 @@ static void put_heading(struct session *s, enum scope_record record, const struc
 
 static void put_sample(struct session *s, enum scope_record record, uint32_t first, uint32_t words)
 {
-    int32_t values[SIGNALS_MOST];
+    int32_t values[SIGNALS_MAX];
     (void)scope_read(s->scope, record, first, values, words);
     for (uint32_t i = 0; i < words; i++) {
         text_print(&s->out, i + 1u < words ? "%d " : "%d\n", values[i]);
@@ -197,7 +197,7 @@ static bool parse_choice(struct session *s, char *names, struct signal_choice *c
             answer_error(s, name, "no such signal; 'scope list' has them, separate them by commas only");
             return false;
         }
-        if (choice->count == SIGNALS_MOST) {
+        if (choice->count == SIGNALS_MAX) {
             answer_error(s, name, "is one too many; 8 signals at most");
             return false;
         }
@@ -237,7 +237,7 @@ static void run_scope_set(struct session *s, const struct arguments *a)
     if (text_equal(a->word[1], "signals")) {
         set_signals(s, a->word[2]);
     } else if (text_equal(a->word[1], "every")) {
-        if (read_within(s, a->word[2], 1u, SCOPE_EVERY_MOST, &value)) {
+        if (read_within(s, a->word[2], 1u, SCOPE_EVERY_MAX, &value)) {
             answer(s, outcome_of(scope_set_every(s->scope, value)));
         }
     } else if (text_equal(a->word[1], "before")) {
@@ -257,7 +257,7 @@ static void run_scope_trigger(struct session *s, const struct arguments *a)
     const enum capture_when when = (enum capture_when)(CAPTURE_ABOVE + a->value[3]);
     const struct signal_info *const info = &signal_table[signal];
     const int32_t level = signal_raw(signal_scale(info, s->axis), a->value[4]);
-    answer(s, outcome_of(scope_set_trigger(s->scope, signal, when_turned(when, info, s->axis), level)));
+    answer(s, outcome_of(scope_set_trigger(s->scope, signal, when_directed(when, info, s->axis), level)));
 }
 
 /* The answer is sent at the old rate; "0" ends the stream and ignores the rate. */

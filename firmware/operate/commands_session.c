@@ -72,7 +72,7 @@ static void run_axis(struct session *s, const struct arguments *a)
 
 /* clang-format off */
 const struct command commands_axis[] = {
-    {"axis", " NUMBER", "the motor that the lines behind it are for; 'axis 2 LINE': this one LINE alone", {ARGUMENT_WHOLE},
+    {"axis", " NUMBER", "the motor that the following lines are for; 'axis 2 LINE': only this LINE", {ARGUMENT_WHOLE},
      .run = run_axis},
 };
 /* clang-format on */
@@ -100,7 +100,7 @@ static void run_machine(struct session *s, const struct arguments *a)
 
 /* clang-format off */
 const struct command commands_machine[] = {
-    {"machine", " on|off", "no echo, no prompt; a line with '.' behind each answer, for programs",
+    {"machine", " on|off", "no echo, no prompt; a line with '.' after each answer, for programs",
      {ARGUMENT_CHOICE}, .run = run_machine},
 };
 /* clang-format on */

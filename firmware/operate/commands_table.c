@@ -93,7 +93,7 @@ const char *help_topic(uint32_t n)
 size_t command_words(const struct command *command)
 {
     size_t words = 1;
-    while (words <= ARGUMENTS_MOST && command->kinds[words - 1u] != ARGUMENT_NONE) {
+    while (words <= ARGUMENTS_MAX && command->kinds[words - 1u] != ARGUMENT_NONE) {
         words++;
     }
     return words;

@@ -8,7 +8,7 @@
 _Static_assert(ERROR_TEXTS == ERROR_COUNT, "one text for each refusal");
 _Static_assert(FAULT_HINTS == FAULT_COUNT && FAULT_DETAILS == FAULT_COUNT, "one of each for each fault");
 _Static_assert(PARAM_TEXTS == sizeof(struct params) / sizeof(int32_t), "one text for each parameter");
-_Static_assert(MOST_WAITING == MESSAGE_WAITING && sizeof message_pairs - 1u == 2u * (0x100u - MESSAGE_PAIR),
+_Static_assert(WAITING_MAX == MESSAGE_WAITING && sizeof message_pairs - 1u == 2u * (0x100u - MESSAGE_PAIR),
                "what unpacks them");
 
 static const char *const state_names[] = {

@@ -7,7 +7,7 @@
 
 /* ==== frames ==== */
 
-#define FRAME_LEAST   4u /* address, function, check sum */
+#define FRAME_MIN     4u /* address, function, check sum */
 #define EXCEPTION_BIT 0x80u
 
 /* A length that depends on a byte not yet received, and an unknown length. */
@@ -102,7 +102,7 @@ static size_t reply_length(const struct span *f)
 /* Each length is tried once, when its last byte has come: a check sum per byte would take longer than the byte. */
 static bool frame_fits(const struct span *f, size_t length)
 {
-    return length > f->tried && length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
+    return length > f->tried && length >= FRAME_MIN && length <= f->count && crc16(f->bytes, length) == 0u;
 }
 
 /* True if more bytes may yet complete a frame of this length. */
@@ -167,7 +167,7 @@ static void modbus_frame_receive(struct modbus_frame *f, uint8_t byte)
 /* An address that this drive answers under: one for each axis. */
 static bool is_own(uint8_t to, uint8_t address)
 {
-    return to >= address && to - address < (int)AXIS_COUNT && to <= MODBUS_ADDRESS_MOST;
+    return to >= address && to - address < (int)AXIS_COUNT && to <= MODBUS_ADDRESS_MAX;
 }
 
 /* Length of a frame at the beginning, or 0; *impossible: more bytes cannot complete one. */
@@ -317,7 +317,7 @@ static void take_frame(struct modbus *m, size_t length)
     const bool accepts = m->address != 0 && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length);
     for (uint32_t n = 0; accepts && n < AXIS_COUNT; n++) {
         const uint32_t own = (uint32_t)m->address + n;
-        if (to == MODBUS_BROADCAST || (to == own && own <= MODBUS_ADDRESS_MOST)) {
+        if (to == MODBUS_BROADCAST || (to == own && own <= MODBUS_ADDRESS_MAX)) {
             carry_out(m, &m->drives[n], length);
         }
     }

@@ -33,7 +33,7 @@
 #define MODBUS_FRAME_BYTES      256u
 #define MODBUS_FRAME_TIMEOUT_MS 50u /* within a frame: USB adapters delay characters by 16 ms */
 #define MODBUS_BROADCAST        0u
-#define MODBUS_ADDRESS_MOST     247u
+#define MODBUS_ADDRESS_MAX      247u
 
 struct modbus_frame {
     uint8_t bytes[MODBUS_FRAME_BYTES];

@@ -3,10 +3,10 @@
 
 #include "firmware/settings/config.h"
 
-#define READ_MOST       125u
-#define WRITE_MOST      123u
-#define READ_WRITE_MOST 121u /* written by function 23 */
-#define EXCEPTION       0x80
+#define READ_MAX       125u
+#define WRITE_MAX      123u
+#define READ_WRITE_MAX 121u /* written by function 23 */
+#define EXCEPTION      0x80
 
 /*
  * ---- registers ----
@@ -153,7 +153,7 @@ static enum modbus_exception read_into(struct call *c, uint32_t at, uint32_t cou
 static enum modbus_exception read_registers(struct call *c)
 {
     const uint32_t count = word(c, 3);
-    if (count == 0u || count > READ_MOST) {
+    if (count == 0u || count > READ_MAX) {
         return MODBUS_ILLEGAL_VALUE;
     }
     return read_into(c, word(c, 1), count);
@@ -168,7 +168,7 @@ static enum modbus_exception write_one(struct call *c)
 static enum modbus_exception write_several(struct call *c)
 {
     const uint32_t count = word(c, 3);
-    if (count == 0u || count > WRITE_MOST || c->request[5] != 2u * count || c->count != 6u + 2u * count) {
+    if (count == 0u || count > WRITE_MAX || c->request[5] != 2u * count || c->count != 6u + 2u * count) {
         return MODBUS_ILLEGAL_VALUE;
     }
     echo_request(c, 5);
@@ -195,7 +195,7 @@ static enum modbus_exception write_and_read(struct call *c)
 {
     const uint32_t reads = word(c, 3);
     const uint32_t writes = word(c, 7);
-    if (reads == 0u || reads > READ_MOST || writes == 0u || writes > READ_WRITE_MOST || c->request[9] != 2u * writes ||
+    if (reads == 0u || reads > READ_MAX || writes == 0u || writes > READ_WRITE_MAX || c->request[9] != 2u * writes ||
         c->count != 10u + 2u * writes) {
         return MODBUS_ILLEGAL_VALUE;
     }

@@ -243,7 +243,7 @@ static enum object_refusal change_profile(struct object_change *c, uint32_t numb
 
 static enum object_refusal change_choice(struct object_change *c, uint32_t fault, int32_t choice)
 {
-    if (fault_choice_is_absent((enum fault)fault, (enum reaction)choice)) {
+    if (fault_reaction_is_absent((enum fault)fault, (enum reaction)choice)) {
         c->absent = feature_absent(FEATURE_SENSORLESS);
         return OBJECT_OK; /* the whole write is refused later, with this reason */
     }

@@ -44,7 +44,7 @@
     X(0x0016, 0x607700, I16, RO, torque, "0.1 %", "q current of i_rated_ma", per_mille_of_rated(axis, now->i_q_q15)) \
     X(0x0017, 0x603F00, U16, RO, error_code, "", "of the latched fault, 0 if there is none", \
       cia402_error_code((enum fault)now->fault)) \
-    X(0x0018, 0x606B00, I32, RO, velocity_demand, "0.001 rpm", "behind the ramp", quantity_milli_rpm(now->speed_ref_rpm_q4)) \
+    X(0x0018, 0x606B00, I32, RO, velocity_demand, "0.001 rpm", "after the ramp", quantity_milli_rpm(now->speed_ref_rpm_q4)) \
     X(0x001A, 0x60F400, I32, RO, following_error, "counts", "reference less shaft, in pp and csp", \
       axis_mode_is_position(now->mode) ? now->error_counts : 0) \
     X(0x001C, 0x607900, U32, RO, bus_voltage, "mV", "measured", quantity_millivolt(axis, now->vbus_q15)) \

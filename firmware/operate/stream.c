@@ -6,7 +6,7 @@
 
 /* ---- a frame ---- */
 
-#define PLAIN_MAX (3u + 5u * FRAME_VALUES_MOST + 2u)
+#define PLAIN_MAX (3u + 5u * FRAME_VALUES_MAX + 2u)
 
 _Static_assert(PLAIN_MAX < 254u, "COBS: one byte more, however many zeros");
 
@@ -62,7 +62,7 @@ uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint3
 
 #define DRAIN_MS 200u /* a full buffer at 115200 baud takes 90 */
 
-_Static_assert(FRAME_VALUES_MOST == SIGNALS_MOST, "a frame holds a sample");
+_Static_assert(FRAME_VALUES_MAX == SIGNALS_MAX, "a frame holds a sample");
 
 void stream_begin(struct stream *s, const struct scope *scope, uint32_t every_ms, uint32_t baud)
 {
@@ -93,7 +93,7 @@ static void change_rate(struct stream *s, struct text *out)
 
 static void send(struct text *out, uint32_t number, const int32_t *values, uint32_t count)
 {
-    uint8_t bytes[FRAME_BYTES_MOST];
+    uint8_t bytes[FRAME_BYTES_MAX];
     const uint32_t length = frame_sample(bytes, number, values, count);
     if (mmuart_free_space(out->uart) < length) {
         return;
@@ -105,7 +105,7 @@ static void send(struct text *out, uint32_t number, const int32_t *values, uint3
 
 static void send_new(struct stream *s, struct text *out, const struct scope *scope)
 {
-    int32_t values[SIGNALS_MOST];
+    int32_t values[SIGNALS_MAX];
     const uint32_t now = scope->recorder.count;
     if ((int32_t)(now - s->next) > (int32_t)RECORDER_SAMPLES) {
         s->next = now - 1u; /* the thread was delayed for longer than the recorder stores */

@@ -11,7 +11,7 @@
 #include "firmware/scope/scope.h"
 
 #define STREAM_SILENCE_MS 3000u
-#define STREAM_EVERY_MOST 1000 /* ms */
+#define STREAM_EVERY_MAX  1000 /* ms */
 
 /* ---- a frame ---- */
 
@@ -30,10 +30,10 @@
 #define FRAME_END    0x00u
 #define FRAME_SAMPLE 0x50u /* 'P' */
 
-#define FRAME_VALUES_MOST 8u
-#define FRAME_BYTES_MOST  (1u + 1u + 3u + 5u * FRAME_VALUES_MOST + 2u + 1u)
+#define FRAME_VALUES_MAX 8u
+#define FRAME_BYTES_MAX  (1u + 1u + 3u + 5u * FRAME_VALUES_MAX + 2u + 1u)
 
-/* Returns the bytes written, FRAME_BYTES_MOST at most. `count`: 1...FRAME_VALUES_MOST. Any context. */
+/* Returns the bytes written, FRAME_BYTES_MAX at most. `count`: 1...FRAME_VALUES_MAX. Any context. */
 uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint32_t count);
 
 /* ---- frames on the line ---- */

@@ -24,7 +24,7 @@ uint32_t capture_samples(const struct capture *c)
     return c->state == CAPTURE_DONE ? c->had_before + c->samples - c->before : 0u;
 }
 
-/* The newest stands right before `next`. */
+/* The newest is just before `next`. */
 int32_t capture_word(const struct capture *c, uint32_t sample, uint32_t word)
 {
     const uint32_t back = capture_samples(c) - sample;
@@ -36,21 +36,20 @@ int32_t capture_word(const struct capture *c, uint32_t sample, uint32_t word)
 
 #define ATTEMPTS 3u
 
-void recorder_begin(struct recorder *r)
+void recorder_restart(struct recorder *r)
 {
     r->bank[r->writing].begun = r->count;
 }
 
-void recorder_forget(struct recorder *r, uint32_t fault)
+void recorder_reset(struct recorder *r, uint32_t fault)
 {
     r->had_fault = fault;
     r->kept = 0u;
-    recorder_begin(r);
+    recorder_restart(r);
 }
 
 /*
- * The current loop's interrupt may come in between. A conversion that it has not taken yet counts as one in between: the values
- * of that sample are still to come.
+ * Repeats if the current loop's interrupt came in between, or is pending: the values of that sample are not written yet.
  */
 static void copy_of_one_sample(const struct signal_source *sources, uint32_t count, const struct fabric *fabric,
                                int32_t *to)
@@ -94,7 +93,7 @@ static uint32_t samples_in(const struct recorder_bank *bank, uint32_t end)
     return count < RECORDER_SAMPLES ? count : RECORDER_SAMPLES;
 }
 
-/* The slow loop may keep a fault, or overwrite the sample, while it is copied: then the number no longer fits. */
+/* The slow loop may freeze the bank or overwrite the sample during the copy: checked afterwards. */
 bool recorder_get(const struct recorder *r, uint32_t number, uint32_t words, int32_t *values)
 {
     const uint32_t kept = r->kept;
@@ -140,7 +139,7 @@ _Static_assert(offsetof(struct scope, entry) == 0 && offsetof(struct scope_entry
 static void take_sources(struct scope *s)
 {
     for (uint32_t i = 0; i < s->choice.count; i++) {
-        s->sources[i] = signal_source(&signal_table[s->choice.which[i]], s->axis, &s->nothing);
+        s->sources[i] = signal_source(&signal_table[s->choice.which[i]], s->axis, &s->zero);
     }
 }
 
@@ -159,14 +158,14 @@ void scope_init(struct scope *s, struct axis *a, void (*enter)(void), volatile u
     take_sources(s);
 }
 
-/* ---- what is wanted ---- */
+/* ---- settings ---- */
 
 static bool is_under_way(const struct scope *s)
 {
     return s->capture.state == CAPTURE_WAITING || s->capture.state == CAPTURE_TRIGGERED;
 }
 
-static enum error forget_capture(struct scope *s)
+static enum error drop_capture(struct scope *s)
 {
     if (is_under_way(s)) {
         return ERROR_SCOPE_ARMED;
@@ -180,12 +179,12 @@ static enum error forget_capture(struct scope *s)
 
 enum error scope_choose(struct scope *s, const struct signal_choice *choice)
 {
-    const enum error error = forget_capture(s);
+    const enum error error = drop_capture(s);
     if (error == ERROR_NONE) {
         const uint32_t mask = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* the recorder's signals, too */
         s->choice = *choice;
         take_sources(s);
-        recorder_begin(&s->recorder);
+        recorder_restart(&s->recorder);
         (void)cpu_mask_below(mask);
     }
     return error;
@@ -193,14 +192,14 @@ enum error scope_choose(struct scope *s, const struct signal_choice *choice)
 
 enum error scope_attach(struct scope *s, struct axis *axis)
 {
-    const enum error error = s->axis == axis ? ERROR_NONE : forget_capture(s);
+    const enum error error = s->axis == axis ? ERROR_NONE : drop_capture(s);
     if (error == ERROR_NONE && s->axis != axis) {
-        scope_off(s); /* the vector may still hold the entry, until the slow loop comes by */
+        scope_off(s); /* the vector may hold the entry until the slow loop's next step */
         const uint32_t mask = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP);
         s->axis = axis;
         s->sweep = (struct sweep){.axis = axis};
         take_sources(s);
-        recorder_forget(&s->recorder, axis->faults.cause);
+        recorder_reset(&s->recorder, axis->faults.cause);
         (void)cpu_mask_below(mask);
     }
     return error;
@@ -208,21 +207,21 @@ enum error scope_attach(struct scope *s, struct axis *axis)
 
 enum error scope_set_every(struct scope *s, uint32_t ticks)
 {
-    const enum error error = forget_capture(s);
+    const enum error error = drop_capture(s);
     s->every = error == ERROR_NONE ? ticks : s->every;
     return error;
 }
 
 enum error scope_set_before(struct scope *s, uint32_t samples)
 {
-    const enum error error = forget_capture(s);
+    const enum error error = drop_capture(s);
     s->capture.before = error == ERROR_NONE ? samples : s->capture.before;
     return error;
 }
 
 enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when when, int32_t level)
 {
-    const enum error error = forget_capture(s);
+    const enum error error = drop_capture(s);
     if (error == ERROR_NONE) {
         s->trigger_on = signal;
         s->capture.when = when;
@@ -235,7 +234,7 @@ enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when
 
 struct outcome scope_arm(struct scope *s)
 {
-    const enum error busy = forget_capture(s);
+    const enum error busy = drop_capture(s);
     if (busy != ERROR_NONE) {
         return outcome_of(busy);
     }
@@ -246,10 +245,10 @@ struct outcome scope_arm(struct scope *s)
         return outcome_of(ERROR_FABRIC_DOUBTED);
     }
     scope_off(s);
-    s->watched = signal_source(&signal_table[s->trigger_on], s->axis, &s->nothing);
+    s->watched = signal_source(&signal_table[s->trigger_on], s->axis, &s->zero);
     s->capture.words = s->choice.count;
     s->capture.samples = scope_capacity(s);
-    s->torn = 0u;
+    s->dropped = 0u;
     s->late = 0u;
     s->due = s->entry.ticks + 1u;
     s->rate_of = (uint32_t)s->axis->loop.loops_per_slow;
@@ -334,7 +333,7 @@ void scope_sample(struct scope *s)
     const bool fault = s->axis->faults.cause != FAULT_NONE;
     cpu_compiler_barrier();
     if (s->entry.ticks != tick) {
-        s->torn++;
+        s->dropped++;
         return;
     }
     s->late += overdue != 0u ? 1u : 0u;

@@ -3,10 +3,10 @@
  * The scope of one axis: up to eight signals, a capture of them at up to the current loop's rate, and the recorder of the last
  * milliseconds before a fault, which always runs.
  *
- * While a capture is under way the current loop's vector holds an entry of a few instructions (system/scoped_tick.S): it
- * counts the tick, raises the sampler's interrupt and goes on to the handler. The sampler is less urgent than the current loop
- * and more urgent than the slow loop, so it runs right after the handler and copies its results. When no capture is under way
- * the vector holds the handler itself, and the scope costs nothing.
+ * During a capture the current loop's vector holds an entry of a few instructions (system/scoped_tick.S), which counts the
+ * tick, raises the sampler's interrupt and jumps to the handler. The sampler's priority is below the current loop's and above
+ * the slow loop's: it runs right after the handler and copies its results. Without a capture the vector holds the handler
+ * itself, and the scope takes no time.
  *
  * A tick during the copy is still counted: the sampler then drops its sample and runs again.
  */
@@ -24,18 +24,18 @@
 /* ==== a capture ==== */
 
 /*
- * A record around a trigger: samples fill a ring until the trigger comes, then as many more follow as belong after it. Knows
- * words, not signals.
+ * A record around a trigger: samples fill a ring buffer until the trigger, then the post-trigger samples follow. Independent of
+ * what the words mean.
  *
- * The trigger is checked at each sample kept. A signal triggers once there are as many samples as belong before the trigger; a
- * fault or a command triggers at once, with what there is before it, so neither is ever missed.
+ * The trigger is checked at each stored sample. A signal triggers only when the pre-trigger samples are complete; a fault or a
+ * command triggers immediately, with the samples there are, so neither is missed.
  */
 enum capture_when {
     CAPTURE_NEVER, /* fault and command only */
     CAPTURE_ABOVE, /* a sample at the level or above */
     CAPTURE_BELOW, /* at the level or below */
-    CAPTURE_RISES, /* one at the level or above, the one before it below */
-    CAPTURE_FALLS, /* one at the level or below, the one before it above */
+    CAPTURE_RISES, /* rising edge: now at the level or above, before below */
+    CAPTURE_FALLS, /* falling edge: now at the level or below, before above */
 };
 
 enum capture_state { CAPTURE_OFF, CAPTURE_WAITING, CAPTURE_TRIGGERED, CAPTURE_DONE };
@@ -43,21 +43,21 @@ enum capture_state { CAPTURE_OFF, CAPTURE_WAITING, CAPTURE_TRIGGERED, CAPTURE_DO
 enum capture_cause { CAPTURE_BY_NOTHING, CAPTURE_BY_SIGNAL, CAPTURE_BY_FAULT, CAPTURE_BY_COMMAND };
 
 struct capture {
-    /* as it was begun */
+    /* settings */
     int32_t *memory;
     uint32_t words;   /* per sample, 1 or more */
-    uint32_t samples; /* of the whole record, 1 or more; samples * words fit the memory */
-    uint32_t before;  /* how many of these before the trigger, 0...samples - 1 */
+    uint32_t samples; /* of the record, 1 or more; samples * words fit the memory */
+    uint32_t before;  /* of these before the trigger, 0...samples - 1 */
     enum capture_when when;
     int32_t level;
     /* progress */
     volatile uint32_t state; /* enum capture_state */
     volatile bool fire;      /* the command */
     uint32_t cause;          /* enum capture_cause */
-    uint32_t next;           /* sample's place in the memory */
-    uint32_t filled;         /* samples since the beginning, up to the record's length */
-    uint32_t left;           /* samples still to come */
-    uint32_t had_before;     /* samples before the trigger */
+    uint32_t next;           /* position of the next sample in the memory */
+    uint32_t filled;         /* samples stored, up to the record's length */
+    uint32_t left;           /* samples to come after the trigger */
+    uint32_t had_before;     /* samples there were before the trigger */
     int32_t last;            /* trigger signal in the previous sample */
     bool had_fault;
 };
@@ -65,7 +65,7 @@ struct capture {
 /* Starts with an empty memory. `fault`: one is latched already and does not trigger. The sampler must be idle. Thread. */
 void capture_begin(struct capture *c, int32_t last, bool fault);
 
-/* Where the next sample goes; it counts only after capture_commit(). ISR. */
+/* Where to write the next sample; capture_commit() then stores it. ISR. */
 static inline __attribute__((always_inline)) int32_t *capture_slot(const struct capture *c)
 {
     return c->memory + c->next * c->words;
@@ -101,7 +101,7 @@ static inline __attribute__((always_inline)) uint32_t capture_cause(const struct
     return c->filled > c->before && capture_signals(c, watched) ? CAPTURE_BY_SIGNAL : CAPTURE_BY_NOTHING;
 }
 
-/* Commits the sample in the slot. `watched`: the trigger signal. Not when off or done. ISR. */
+/* Stores the sample in the slot. `watched`: the trigger signal. Not when off or done. ISR. */
 static inline __attribute__((always_inline)) void capture_commit(struct capture *c, int32_t watched, bool fault)
 {
     const uint32_t next = c->next + 1u;
@@ -134,47 +134,47 @@ int32_t capture_word(const struct capture *c, uint32_t sample, uint32_t word);
 /* ==== the recorder ==== */
 
 /*
- * Always records the last samples before a fault: the slow loop stores the chosen signals once a millisecond, and a fault
- * freezes them. It needs no trigger or arming, and does not affect the current loop's interrupt.
+ * Flight recorder: the slow loop stores the chosen signals once a millisecond, and a fault freezes them. Needs no arming, and
+ * does not affect the current loop's interrupt.
  *
- * Two banks: one is written, the other holds the last fault's samples until the next fault. The written bank also serves a
- * continuous stream, by sample numbers.
+ * Two banks: one is written, the other holds the last fault's samples until the next fault. The one being written also serves
+ * the continuous stream, by sample numbers.
  */
 #define RECORDER_SAMPLES 64u
 
 struct recorder_bank {
     uint32_t begun; /* number of its first sample */
-    int32_t values[RECORDER_SAMPLES][SIGNALS_MOST];
+    int32_t values[RECORDER_SAMPLES][SIGNALS_MAX];
 };
 
 struct recorder {
     struct recorder_bank bank[2];
-    uint32_t writing;        /* which is written */
+    uint32_t writing;        /* the bank being written */
     volatile uint32_t count; /* total samples: the number of the next one */
-    volatile uint32_t kept;  /* total faults whose samples were kept */
-    uint32_t kept_end;   /* one past the last sample's number of the last fault: that sample is the first to show it */
+    volatile uint32_t kept;  /* total faults recorded */
+    uint32_t kept_end;   /* number after the last sample of the last fault, which is the first sample that shows it */
     uint32_t kept_fault; /* enum fault */
     struct signal_choice kept_of; /* signals */
     uint32_t had_fault;
 };
 
-/* The signals have changed: restarts the recording; what was kept stays. Slow loop held. Thread. */
-void recorder_begin(struct recorder *r);
+/* The signals have changed: restarts the recording; the last fault's samples stay. Slow loop masked. Thread. */
+void recorder_restart(struct recorder *r);
 
-/* The axis is another one, which has this fault, enum fault: restarts, and drops what was kept. Slow loop held. Thread. */
-void recorder_forget(struct recorder *r, uint32_t fault);
+/* Another axis, with this enum fault: restarts, and drops the last fault's samples. Slow loop masked. Thread. */
+void recorder_reset(struct recorder *r, uint32_t fault);
 
 /*
- * Stores a sample; keeps the record if the fault is new. All values are from one sample of the current loop, unless
- * conversions end faster than they can be copied. Slow loop, once a millisecond, last.
+ * Stores a sample; freezes the record if the fault is new. All values are of one current loop sample, unless conversions end
+ * faster than they can be copied. Slow loop, once a millisecond, last.
  */
 void recorder_step(struct recorder *r, const struct signal_choice *choice, const struct signal_source *sources,
                    const struct fabric *fabric, uint32_t fault);
 
-/* Copies sample `number` of the present recording. False if it has been overwritten, or is yet to come. Thread. */
+/* Copies sample `number`. False if it has been overwritten, or is not there yet. Thread. */
 bool recorder_get(const struct recorder *r, uint32_t number, uint32_t words, int32_t *values);
 
-/* Samples kept by the last fault, oldest first; the last was taken after the fault. Thread. */
+/* Samples of the last fault, oldest first; the last one was taken after the fault. Thread. */
 uint32_t recorder_fault_samples(const struct recorder *r);
 int32_t recorder_fault_word(const struct recorder *r, uint32_t sample, uint32_t word);
 
@@ -183,14 +183,14 @@ int32_t recorder_fault_word(const struct recorder *r, uint32_t sample, uint32_t 
 #ifndef SCOPE_WORDS
 #define SCOPE_WORDS (AXIS_COUNT == 1u ? 4096u : 768u) /* a second axis takes the room */
 #endif
-#define SCOPE_EVERY_MOST 40000u /* one sample a second, at 40 kHz */
+#define SCOPE_EVERY_MAX 40000u /* one sample a second, at 40 kHz */
 
-/* For the entry: its assembly knows the members' offsets. */
+/* For the entry in assembly, which uses the members' offsets. */
 struct scope_entry {
-    uint32_t pend_bit; /* written to *pend, raises the sampler's interrupt */
+    uint32_t pend_bit; /* raises the sampler's interrupt when written to *pend */
     volatile uint32_t *pend;
     void (*handler)(void);   /* the current loop's, while the scope's entry is in the vector */
-    volatile uint32_t ticks; /* samples of the current loop while it is there */
+    volatile uint32_t ticks; /* samples of the current loop meanwhile */
 };
 
 struct scope {
@@ -198,15 +198,15 @@ struct scope {
     void (*enter)(void);      /* system/scoped_tick.S */
     struct axis *axis;
     struct signal_choice choice;
-    struct signal_source sources[SIGNALS_MOST];
-    struct signal_source watched; /* what triggers, chosen or not */
-    uint32_t trigger_on;          /* its place in signal_table */
-    uint32_t every;               /* ticks between kept samples */
+    struct signal_source sources[SIGNALS_MAX];
+    struct signal_source watched; /* the trigger signal, chosen or not */
+    uint32_t trigger_on;          /* its row in signal_table */
+    uint32_t every;               /* decimation: ticks per stored sample */
     uint32_t due;                 /* tick of the next one */
-    uint32_t torn;                /* samples dropped because the next tick came while they were copied */
-    uint32_t late;                /* samples kept later than they were due: the record has a gap */
-    uint32_t rate_of;             /* ticks a millisecond, at its beginning */
-    int32_t nothing;              /* 0 */
+    uint32_t dropped;             /* samples dropped because the next tick came while they were copied */
+    uint32_t late;                /* samples stored later than due: the record has a gap */
+    uint32_t rate_of;             /* ticks a millisecond, when the capture began */
+    int32_t zero;                 /* 0 */
     struct sweep sweep;
     uint32_t swept; /* its last tick */
     struct capture capture;
@@ -214,17 +214,18 @@ struct scope {
     int32_t memory[SCOPE_WORDS];
 };
 
-/* Initialises a zeroed structure: default signals, no trigger, no capture. The rest is the system's. Thread, once. */
+/* Initialises a zeroed structure: default signals, no trigger, no capture. Thread, once. */
 void scope_init(struct scope *s, struct axis *a, void (*enter)(void), volatile uint32_t *pend, uint32_t pend_bit);
 
-/* ---- settings: refused while a capture is under way. Each discards the last capture. Thread ---- */
+/* ---- settings: refused during a capture. Each discards the last capture. Thread ---- */
 
 enum error scope_choose(struct scope *s, const struct signal_choice *choice);
 enum error scope_set_every(struct scope *s, uint32_t ticks);
-enum error scope_set_before(struct scope *s, uint32_t samples); /* checked when it is armed: the signals decide */
+enum error scope_set_before(struct scope *s,
+                            uint32_t samples); /* checked when armed: the limit depends on the signals */
 enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when when, int32_t level);
 
-/* Goes to another axis, with the same choice of signals; what was recorded of the one before is gone. */
+/* Attaches to another axis, with the same signals; the records of the previous axis are dropped. */
 enum error scope_attach(struct scope *s, struct axis *axis);
 
 /* ---- a capture. Thread ---- */
@@ -235,16 +236,16 @@ static inline uint32_t scope_capacity(const struct scope *s)
     return SCOPE_WORDS / s->choice.count;
 }
 
-/* Starts; the previous record is lost. ERROR_SCOPE_BEFORE: value is the largest that works. */
+/* Starts; the previous record is lost. ERROR_SCOPE_BEFORE: the value is the largest possible. */
 struct outcome scope_arm(struct scope *s);
 
 /* Triggers now. */
 enum error scope_fire(struct scope *s);
 
-/* Ends it; an unfinished record is lost. On return the vector holds the handler. */
+/* Stops; an unfinished record is lost. On return the vector holds the handler. */
 void scope_off(struct scope *s);
 
-/* Begins a sweep of a loop, with so many milliamperes. Thread. */
+/* Begins a frequency sweep of a loop, of this amplitude. Thread. */
 struct outcome scope_sweep(struct scope *s, enum sweep_loop loop, int32_t milliamp);
 
 /* True if the scope's entry is in the vector. Any context. */
@@ -253,11 +254,11 @@ static inline bool scope_is_on(const struct scope *s)
     return s->axis->loop.diverted != NULL;
 }
 
-/* ---- reading: a plain function, for any protocol. Thread ---- */
+/* ---- reading, for any protocol. Thread ---- */
 
 enum scope_record {
     SCOPE_CAPTURE, /* the last finished capture */
-    SCOPE_FAULT,   /* what the last fault left */
+    SCOPE_FAULT,   /* the recorder's, of the last fault */
 };
 
 struct scope_extent {
@@ -277,10 +278,10 @@ uint32_t scope_read(const struct scope *s, enum scope_record record, uint32_t fr
 
 /* ---- the interrupts' halves ---- */
 
-/* A tick of the current loop has been served. The sampler's interrupt. */
+/* After each tick of the current loop. The sampler's interrupt. */
 void scope_sample(struct scope *s);
 
-/* Stores the recorder's sample, and takes the entry out of the vector when nothing needs it. Slow loop, last. */
+/* Stores the recorder's sample, and removes the entry from the vector when nothing needs it. Slow loop, last. */
 void scope_step(struct scope *s);
 
 #endif

@@ -7,13 +7,13 @@ _Static_assert(sizeof(struct axis) < 65536u && sizeof(struct fabric) < 65536u, "
 
 /* clang-format off */
 #define OF_AXIS(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false, false }
-#define TURNED(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false, true }
+#define DIRECTED(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false, true }
 #define OF_TWO(name, member, other, format) \
     { name, format, (uint16_t)offsetof(struct axis, member), (uint16_t)offsetof(struct axis, other), false, false }
 #define OF_FABRIC(name, member, format) { name, format, (uint16_t)offsetof(struct fabric, member), 0u, true, false }
 
 const struct signal_info signal_table[] = {
-    /* new with each sample of the current loop */
+    /* updated each sample of the current loop */
     OF_FABRIC("i_a", adc.IA, SIGNAL_CURRENT),
     OF_FABRIC("i_b", adc.IB, SIGNAL_CURRENT),
     OF_FABRIC("i_c", adc.IC, SIGNAL_CURRENT),
@@ -22,22 +22,22 @@ const struct signal_info signal_table[] = {
     OF_FABRIC("gate", gate.STATUS, SIGNAL_NUMBER),
     OF_FABRIC("sequence", adc.SEQUENCE, SIGNAL_NUMBER),
     OF_AXIS("i_d", loop.i_d_q15, SIGNAL_CURRENT),
-    TURNED("i_q", loop.i_q_q15, SIGNAL_CURRENT),
+    DIRECTED("i_q", loop.i_q_q15, SIGNAL_CURRENT),
     OF_AXIS("i_d_ref", loop.i_d_ref_q15, SIGNAL_CURRENT),
-    TURNED("i_q_ref", loop.i_q_ref_q15, SIGNAL_CURRENT),
+    DIRECTED("i_q_ref", loop.i_q_ref_q15, SIGNAL_CURRENT),
     OF_AXIS("v_d", loop.v_d_steps, SIGNAL_STEPS),
-    TURNED("v_q", loop.v_q_steps, SIGNAL_STEPS),
+    DIRECTED("v_q", loop.v_q_steps, SIGNAL_STEPS),
     OF_TWO("angle", loop.pll.angle_q32, loop.angle_offset_q32, SIGNAL_ANGLE),
-    OF_AXIS("turning", loop.pll.speed_q32, SIGNAL_TURNING),
+    OF_AXIS("turning", loop.pll.speed_q32, SIGNAL_FREQUENCY),
     OF_AXIS("field", loop.field_angle_q32, SIGNAL_ANGLE),
     OF_AXIS("flux_a", loop.flux.flux_alpha, SIGNAL_NUMBER),
     OF_AXIS("flux_b", loop.flux.flux_beta, SIGNAL_NUMBER),
-    /* new each millisecond */
-    TURNED("speed", speed.speed_rpm_q4, SIGNAL_RPM_Q4),
-    TURNED("speed_ref", speed.speed_ref_rpm_q4, SIGNAL_RPM_Q4),
-    TURNED("target", speed.target_rpm_q16, SIGNAL_RPM_Q16),
-    TURNED("position", motion.turns.counts, SIGNAL_COUNTS),
-    TURNED("error", motion.position.error_counts, SIGNAL_COUNTS),
+    /* updated each millisecond */
+    DIRECTED("speed", speed.speed_rpm_q4, SIGNAL_RPM_Q4),
+    DIRECTED("speed_ref", speed.speed_ref_rpm_q4, SIGNAL_RPM_Q4),
+    DIRECTED("target", speed.target_rpm_q16, SIGNAL_RPM_Q16),
+    DIRECTED("position", motion.turns.counts, SIGNAL_COUNTS),
+    DIRECTED("error", motion.position.error_counts, SIGNAL_COUNTS),
     OF_AXIS("winding", thermal.winding_q4, SIGNAL_KELVIN_Q4),
     OF_AXIS("state", state, SIGNAL_NUMBER),
     OF_AXIS("fault", faults.cause, SIGNAL_NUMBER),
@@ -62,16 +62,16 @@ size_t signal_find(const char *name, size_t length)
     return signal_count;
 }
 
-struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing)
+struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *zero)
 {
     const char *const base = info->of_fabric ? (const char *)a->fabric : (const char *)a;
     return (struct signal_source){
         .word = (const volatile int32_t *)(const volatile void *)(base + info->offset),
-        .added = info->added == 0u ? nothing : (const volatile int32_t *)(const volatile void *)(base + info->added),
+        .added = info->added == 0u ? zero : (const volatile int32_t *)(const volatile void *)(base + info->added),
     };
 }
 
-/* A value in thousandths is raw * milli / per; and times a word of the axis, if its offset is not 0. */
+/* A value in thousandths is raw * milli / per, times a word of the axis if its offset is not 0. */
 static const struct {
     const char *unit;
     int32_t milli;
@@ -82,7 +82,7 @@ static const struct {
     [SIGNAL_VOLTAGE] = {"V", 1, 32768u, offsetof(struct axis, params.v_range_mv)},
     [SIGNAL_STEPS] = {"%_of_bus", 100000, CONFIG_BUS_STEPS, 0u},
     [SIGNAL_ANGLE] = {"deg", 360000 / 8, 1u << 29, 0u},
-    [SIGNAL_TURNING] = {"Hz", 15625, 1u << 26, offsetof(struct axis, loop.loops_per_slow)},
+    [SIGNAL_FREQUENCY] = {"Hz", 15625, 1u << 26, offsetof(struct axis, loop.loops_per_slow)},
     [SIGNAL_RPM_Q4] = {"rpm", 1000, 16u, 0u},
     [SIGNAL_RPM_Q16] = {"rpm", 1000, 65536u, 0u},
     [SIGNAL_COUNTS] = {"counts", 1000, 1u, 0u},
@@ -95,7 +95,7 @@ struct signal_scale signal_scale(const struct signal_info *info, const struct ax
     const uint32_t times = signal_formats[info->format].times;
     const int32_t *const word = (const int32_t *)(const void *)((const char *)a + times);
     const int32_t milli = signal_formats[info->format].milli * (times == 0u ? 1 : *word);
-    return (struct signal_scale){info->turned ? axis_forward(a) * milli : milli, signal_formats[info->format].per};
+    return (struct signal_scale){info->directed ? axis_forward(a) * milli : milli, signal_formats[info->format].per};
 }
 
 const char *signal_unit(enum signal_format format)
@@ -103,7 +103,7 @@ const char *signal_unit(enum signal_format format)
     return signal_formats[format].unit;
 }
 
-/* Not inline: the compiler would take a division without signs, which the image has no other use for. */
+/* Not inline: the compiler would use an unsigned 64-bit division, which nothing else in the image needs. */
 static __attribute__((noinline)) int32_t quotient(int64_t value, int64_t by)
 {
     const int64_t nearest = (value < 0 ? value - by / 2 : value + by / 2) / by;
@@ -123,10 +123,10 @@ int32_t signal_raw(struct signal_scale scale, int32_t milli)
 
 struct signal_choice signal_default(void)
 {
-    static const char *const names[SIGNALS_MOST] = {"i_d",   "i_q",       "i_q_ref", "vbus",
-                                                    "speed", "speed_ref", "v_q",     "angle"};
-    struct signal_choice choice = {.count = SIGNALS_MOST};
-    for (size_t i = 0; i < SIGNALS_MOST; i++) {
+    static const char *const names[SIGNALS_MAX] = {"i_d",   "i_q",       "i_q_ref", "vbus",
+                                                   "speed", "speed_ref", "v_q",     "angle"};
+    struct signal_choice choice = {.count = SIGNALS_MAX};
+    for (size_t i = 0; i < SIGNALS_MAX; i++) {
         choice.which[i] = (uint8_t)signal_find(names[i], text_length(names[i]));
     }
     return choice;

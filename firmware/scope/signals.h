@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The signals of a running drive: one table of names, with each signal's location and scale. A signal is one word of the axis
- * or of its fabric, or the sum of two (an angle and its offset), and is copied raw: nothing is scaled until it is read.
+ * or of its fabric, or the sum of two (an angle and its offset), and is copied raw: it is scaled when read.
  */
 #ifndef FIRMWARE_SCOPE_SIGNALS_H
 #define FIRMWARE_SCOPE_SIGNALS_H
@@ -11,19 +11,19 @@
 
 #include "firmware/drive/drive.h"
 
-#define SIGNALS_MOST 8u /* at a time */
+#define SIGNALS_MAX 8u /* at a time */
 
 enum signal_format {
-    SIGNAL_CURRENT,  /* Q15 of i_range: A */
-    SIGNAL_VOLTAGE,  /* Q15 of v_range: V */
-    SIGNAL_STEPS,    /* steps of the loop's voltage: % of the bus */
-    SIGNAL_ANGLE,    /* 2^32 is a turn: degrees, -180...180 */
-    SIGNAL_TURNING,  /* 2^32 is a turn a sample: Hz */
-    SIGNAL_RPM_Q4,   /* rpm */
-    SIGNAL_RPM_Q16,  /* rpm */
-    SIGNAL_COUNTS,   /* of the encoder */
-    SIGNAL_NUMBER,   /* a number without a unit, bits, or a state */
-    SIGNAL_KELVIN_Q4 /* degC */
+    SIGNAL_CURRENT,   /* Q15 of i_range: A */
+    SIGNAL_VOLTAGE,   /* Q15 of v_range: V */
+    SIGNAL_STEPS,     /* steps of the loop's voltage: % of the bus */
+    SIGNAL_ANGLE,     /* 2^32 is a turn: degrees, -180...180 */
+    SIGNAL_FREQUENCY, /* 2^32 is a turn a sample: Hz */
+    SIGNAL_RPM_Q4,    /* rpm */
+    SIGNAL_RPM_Q16,   /* rpm */
+    SIGNAL_COUNTS,    /* of the encoder */
+    SIGNAL_NUMBER,    /* a number without a unit, bits, or a state */
+    SIGNAL_KELVIN_Q4  /* degC */
 };
 
 struct signal_info {
@@ -32,22 +32,22 @@ struct signal_info {
     uint16_t offset; /* bytes, into the axis or its fabric */
     uint16_t added;  /* of the word to add; 0: none */
     bool of_fabric;
-    bool turned; /* its sign is the operator's forward (axis_forward()), not the machine's */
+    bool directed; /* its sign follows the operator's direction (axis_forward()), not the machine's */
 };
 
-/* Where a signal is read. `added` is never NULL: it may point to a word that is 0. */
+/* Addresses of a signal. `added` is never NULL: it may point to a word that is 0. */
 struct signal_source {
     const volatile int32_t *word;
     const volatile int32_t *added;
 };
 
-/* Which are chosen: places in signal_table. */
+/* Chosen signals: rows of signal_table. */
 struct signal_choice {
-    uint32_t count; /* 1...SIGNALS_MOST */
-    uint8_t which[SIGNALS_MOST];
+    uint32_t count; /* 1...SIGNALS_MAX */
+    uint8_t which[SIGNALS_MAX];
 };
 
-/* A value in thousandths of its unit is raw * milli / per; less than 0 where the signs are opposite. */
+/* A value in thousandths of its unit is raw * milli / per; `milli` is negative where the sign is inverted. */
 struct signal_scale {
     int32_t milli;
     uint32_t per;
@@ -56,11 +56,11 @@ struct signal_scale {
 extern const struct signal_info signal_table[];
 extern const size_t signal_count;
 
-/* The place of the name of `length` characters at `name`; signal_count if there is none. Thread. */
+/* The row of the name of `length` characters at `name`; signal_count if there is none. Thread. */
 size_t signal_find(const char *name, size_t length);
 
-/* `nothing` is a word that is and stays 0. Thread. */
-struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing);
+/* `zero`: a word that stays 0. Thread. */
+struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *zero);
 
 /* With the present ranges. Thread. */
 struct signal_scale signal_scale(const struct signal_info *info, const struct axis *a);
@@ -72,7 +72,7 @@ const char *signal_unit(enum signal_format format);
 int32_t signal_milli(struct signal_scale scale, int32_t raw);
 int32_t signal_raw(struct signal_scale scale, int32_t milli);
 
-/* The default choice: enough to see why a drive switched off. Thread. */
+/* The default choice, useful after most faults. Thread. */
 struct signal_choice signal_default(void);
 
 /* Copies `count` signals, about 11 cycles each. ISR, slow loop. */

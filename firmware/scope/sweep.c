@@ -8,11 +8,11 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define RATIO_Q15  37471 /* of a frequency to the one before: 64 times in 31 steps */
-#define FROM_SHARE 8u    /* of the loop's bandwidth: the lowest */
-#define WINDOW     25u   /* of a second, or so many periods as here, whichever is longer */
-#define PERIODS    8u
-#define SETTLING   2u /* of the window: before it */
+#define RATIO_Q15  37471 /* of a frequency to the previous one: 64 times in 31 steps */
+#define FROM_SHARE 8u    /* lowest frequency: this part of the bandwidth */
+#define WINDOW     25u   /* at least 1/25 s, and at least */
+#define PERIODS    8u    /* periods */
+#define SETTLING   2u    /* half a window of settling before it */
 #define SMALL      (1LL << 30)
 
 /* ---- the next frequency ---- */
@@ -21,12 +21,12 @@ static void start_point(struct sweep *s)
 {
     const int64_t rate_mhz = s->rate_hz * 1000LL;
     const uint32_t shortest = s->rate_hz / WINDOW;
-    const uint32_t lasting = (uint32_t)scale(rate_mhz, PERIODS, s->wish_mhz);
+    const uint32_t lasting = (uint32_t)scale(rate_mhz, PERIODS, s->nominal_mhz);
     s->samples = lasting > shortest ? lasting : shortest;
-    s->periods = (uint32_t)scale(s->wish_mhz, s->samples, rate_mhz);
+    s->periods = (uint32_t)scale(s->nominal_mhz, s->samples, rate_mhz);
     s->step_q32 = (uint32_t)scale(s->periods, 1LL << 32, s->samples);
     s->settle = s->samples / SETTLING;
-    s->probe = s->answer = (struct sweep_complex){0, 0};
+    s->probe = s->response = (struct sweep_complex){0, 0};
     cpu_compiler_barrier();
     s->left = s->samples;
 }
@@ -39,7 +39,7 @@ static uint32_t bandwidth_hz(const struct sweep *s)
 
 /* ---- begin and end ---- */
 
-static struct outcome forbids(const struct axis *a, enum sweep_loop loop, int32_t milliamp)
+static struct outcome check_sweep(const struct axis *a, enum sweep_loop loop, int32_t milliamp)
 {
     const int32_t most = a->params.i_max_ma / SWEEP_SHARE;
     if (a->state != AXIS_OPERATION_ENABLED) {
@@ -54,12 +54,12 @@ static struct outcome forbids(const struct axis *a, enum sweep_loop loop, int32_
 struct outcome sweep_begin(struct sweep *s, enum sweep_loop loop, int32_t milliamp)
 {
     struct axis *const a = s->axis;
-    const struct outcome outcome = forbids(a, loop, milliamp);
+    const struct outcome outcome = check_sweep(a, loop, milliamp);
     if (outcome.error == ERROR_NONE) {
         *s = (struct sweep){.axis = a, .loop = loop, .cos_q15 = Q15_ONE};
         s->amplitude_q15 = q15_max(tuning_q15_from_milli(milliamp, a->params.i_range_ma), 1);
         s->rate_hz = loop == SWEEP_SPEED ? CONFIG_SLOW_HZ : (uint32_t)a->loop.loops_per_slow * CONFIG_SLOW_HZ;
-        s->wish_mhz = bandwidth_hz(s) * 1000u / FROM_SHARE;
+        s->nominal_mhz = bandwidth_hz(s) * 1000u / FROM_SHARE;
         start_point(s);
         cpu_compiler_barrier();
         s->state = SWEEP_RUNS;
@@ -73,7 +73,7 @@ static int32_t reference_q15(const struct sweep *s)
     return s->loop == SWEEP_D ? c->i_d_ref_q15 : c->i_q_ref_q15;
 }
 
-static void ask_reference(const struct sweep *s, int32_t value_q15)
+static void set_reference(const struct sweep *s, int32_t value_q15)
 {
     volatile struct current_loop *const c = &s->axis->loop;
     if (s->loop == SWEEP_D) {
@@ -83,19 +83,19 @@ static void ask_reference(const struct sweep *s, int32_t value_q15)
     }
 }
 
-/* Unless it is another by now: who takes over from a lost encoder turns the references with the frame, at any sample. */
+/* Unless it has changed: a failover from the encoder may transform the references at any sample. */
 static void replace_reference(const struct sweep *s, int32_t seen_q15, int32_t value_q15)
 {
     const uint32_t mask = cpu_irq_save();
     if (reference_q15(s) == seen_q15) {
-        ask_reference(s, value_q15);
+        set_reference(s, value_q15);
     }
     cpu_irq_restore(mask);
 }
 
 static void finish(struct sweep *s, enum sweep_state how)
 {
-    const uint32_t held = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which writes the reference, too */
+    const uint32_t held = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which also writes the reference */
     s->state = how;
     cpu_compiler_barrier();
     if (s->loop == SWEEP_SPEED) {
@@ -115,10 +115,10 @@ void sweep_end(struct sweep *s)
 
 /* ---- a result ---- */
 
-/* T = answer / probe; both get small enough for the products. */
+/* T = response / probe; both are scaled down for the products. */
 static void take_point(struct sweep *s)
 {
-    struct sweep_complex a = s->answer, p = s->probe;
+    struct sweep_complex a = s->response, p = s->probe;
     while (p.re > SMALL || p.re < -SMALL || p.im > SMALL || p.im < -SMALL || a.re > SMALL || a.re < -SMALL ||
            a.im > SMALL || a.im < -SMALL) {
         a = (struct sweep_complex){a.re / 2, a.im / 2};
@@ -146,8 +146,8 @@ bool sweep_poll(struct sweep *s)
         return false;
     }
     take_point(s);
-    s->wish_mhz = (uint32_t)((uint64_t)s->wish_mhz * RATIO_Q15 >> 15);
-    if (s->count == SWEEP_POINTS || s->wish_mhz > s->rate_hz * 10u * SWEEP_HIGH_PCT) {
+    s->nominal_mhz = (uint32_t)((uint64_t)s->nominal_mhz * RATIO_Q15 >> 15);
+    if (s->count == SWEEP_POINTS || s->nominal_mhz > s->rate_hz * 10u * SWEEP_HIGH_PCT) {
         finish(s, SWEEP_DONE);
     } else {
         start_point(s);
@@ -163,14 +163,14 @@ static void sweep_add(struct sweep_complex *sum, int32_t value_q15, const struct
     sum->im -= (int64_t)value_q15 * s->sin_q15;
 }
 
-/* Of the present sample; returns the sine of the next, one sample on unless some were missed. */
-static int32_t sweep_correlate(struct sweep *s, int32_t probe_q15, int32_t answer_q15, uint32_t samples)
+/* Adds the present sample; returns the sine of the next one, `samples` later. */
+static int32_t sweep_correlate(struct sweep *s, int32_t probe_q15, int32_t response_q15, uint32_t samples)
 {
     if (s->settle > 0u) {
         s->settle--;
     } else if (s->left > 0u) {
         sweep_add(&s->probe, probe_q15, s);
-        sweep_add(&s->answer, answer_q15, s);
+        sweep_add(&s->response, response_q15, s);
         s->left--;
     }
     s->phase_q32 += s->step_q32 * samples;
@@ -201,9 +201,9 @@ void sweep_step(struct sweep *s)
     }
 }
 
-/* ---- what it is read for ---- */
+/* ---- characteristic frequencies ---- */
 
-/* Where a value of two neighbouring points passes 0, falling: the share of the way, Q15; -1: it does not. */
+/* Where a value falls through 0 between two points, as a fraction, Q15; -1: it does not. */
 static int32_t crossing_q15(int64_t before, int64_t after)
 {
     return before > 0 && after <= 0 ? (int32_t)scale(before, 32768, before - after) : -1;
@@ -214,7 +214,7 @@ static int32_t sweep_between(int32_t a, int32_t b, int32_t share_q15)
     return a + (int32_t)(((int64_t)(b - a) * share_q15) >> 15);
 }
 
-/* What falls through 0 there. */
+/* Each is where reading_of() falls through 0. */
 enum reading { CROSSOVER, LAG, BANDWIDTH };
 
 static int64_t reading_of(const struct sweep_point *p, enum reading what)
@@ -229,7 +229,7 @@ static int64_t reading_of(const struct sweep_point *p, enum reading what)
     }
 }
 
-/* The first point behind it, and the share of the way there; 0: none. */
+/* The first point after it, and the fraction between; 0: none. */
 static uint32_t find(const struct sweep *s, enum reading what, int32_t *share_q15)
 {
     for (uint32_t n = 1; n < s->count; n++) {

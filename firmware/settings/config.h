@@ -18,10 +18,10 @@
 
 #define CONFIG_CONSOLE_BAUD 115200u
 
-/* Between two proofs of the slow loop to the fabric, while the bridge is on. */
+/* The fabric's watchdog of the slow loop, while the bridge is on. */
 #define CONFIG_WATCH_US     3500u
 #define CONFIG_WATCH_CLOCKS (CONFIG_WATCH_US * (BOARD_FABRIC_HZ / 1000000u))
-/* So long the thread may be away while the bridge is on: ten times what it ever is, cache locked (docs/faults.md). */
+/* Time-out of the thread while the bridge is on: ten times the longest measured (docs/faults.md). */
 #define CONFIG_THREAD_MS 100
 
 _Static_assert(FABRIC_HZ % (2 * CONFIG_PWM_HZ) == 0,

@@ -84,7 +84,7 @@
     /* a smaller speed_bw_hz, or a larger current_bw_hz */ \
     X(28, SPEED_RESOLUTION, "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @") \
     /* a smaller speed_bw_hz */ \
-    X(29, SPEED_UNRESOLVED, "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is") \
+    X(29, SPEED_UNRESOLVED, "encoder_counts is too small for this inertia_gmm2 and i_max_ma, at any speed_bw_hz") \
     /* an encoder with more counts, or a smaller i_max_ma */ \
     X(30, CURRENT_TOO_SLOW, "current_bw_hz is too small for any speed_bw_hz") \
     /* a larger current_bw_hz */ \
@@ -97,7 +97,7 @@
     X(33, FAULT_LATCHED, "a fault is latched; see 'fault', then 'clear'") \
     /* `fault` says what to look at */ \
     X(34, ALREADY_ON, "the drive is on already") \
-    /* `off` first, if it is to begin anew */ \
+    /* `off` first, to begin again */ \
     X(35, NOT_OPERATING, "the drive is not in operation; use 'on' and wait for it") \
     /* `on`; `status` says how far it is */ \
     X(36, NEEDS_ENCODER, "a position takes an encoder: angle_source 0") \
@@ -137,7 +137,7 @@
     X(53, NOTHING_STORED, OF(SETTINGS, "no settings are stored")) \
     /* `save` first */ \
     X(54, STORED_FORMAT, OF(SETTINGS, "a stored record has a form that this firmware does not know")) \
-    /* the firmware that stored it, or `save` anew */ \
+    /* the firmware that stored it, or `save` again */ \
     X(55, STORED_RANGE, OF(SETTINGS, "a stored value is outside its range")) \
     /* set what does not fit, then `save` */ \
     X(56, SAVE_WHILE_ON, OF(SETTINGS, "settings are saved only while the drive is off: 'off' first")) \
@@ -190,7 +190,7 @@
     /* `speed` or `torque` first */ \
     X(79, SOURCE_WEAKENS, \
       "a field that is weakened or overmodulated takes an encoder: with a speed_max_rpm that the bus reaches without, " \
-      "and overmodulation 0, others can tell the angle") \
+      "and overmodulation 0, other sources are possible") \
     /* a smaller speed_max_rpm, and overmodulation 0 */ \
     X(80, SOURCE_RELUCTANT, \
       "this motor's reluctance outweighs its magnets: without a sensor it goes from 'on' only, with angle_source 1 and " \

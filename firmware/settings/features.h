@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What a build may leave out: `make FEATURES="..."` names what it has, by default all. A call into a feature stands behind
- * FEATURE_IN, a constant, so that compiler and linker drop what nothing reaches. What is absent is refused by name
+ * Features that a build may leave out: `make FEATURES="..."` lists those included, by default all. Calls into a feature are
+ * guarded by the constant FEATURE_IN, so that compiler and linker drop unreachable code. A missing feature is refused by name
  * (ERROR_NOT_IN_BUILD).
  */
 #ifndef FIRMWARE_SETTINGS_FEATURES_H
@@ -16,10 +16,10 @@
 #define FEATURES(X) \
     X(ENCODER, encoder)       /* angle_source 0 */ \
     X(HALL, hall)             /* angle_source 2 */ \
-    X(SENSORLESS, sensorless) /* angle_source 1, and carrying on behind an encoder's or a switch's fault */ \
-    X(INJECTION, injection)   /* the same from the saliency; needs sensorless */ \
-    X(WEAKENING, weakening)   /* of the field, and overmodulation */ \
-    X(POSITION, position)     /* pp, hm, csp, the zero */ \
+    X(SENSORLESS, sensorless) /* angle_source 1, and failover from encoder or Hall switches */ \
+    X(INJECTION, injection)   /* at low speed, by the saliency; needs sensorless */ \
+    X(WEAKENING, weakening)   /* field weakening and overmodulation */ \
+    X(POSITION, position)     /* pp, hm, csp, zero */ \
     X(IDENTIFY, identify)     \
     X(LEARN, learn)           /* cogging, Hall switches */ \
     X(CONSOLE, console)       \
@@ -33,7 +33,7 @@
 
 enum feature { FEATURES(FEATURE_OF) FEATURE_COUNT };
 
-/* A bit for each; features.mk adds those up that are left out. */
+/* A bit for each; features.mk adds up those left out. */
 #define FEATURE_BIT(name, word) FEATURE_LEFT_OUT_##word = 1u << FEATURE_##name,
 
 enum { FEATURES(FEATURE_BIT) };
@@ -45,13 +45,13 @@ enum { FEATURES(FEATURE_BIT) };
 #define FEATURE_IS_IN(feature) ((((uint32_t)(FEATURES_LEFT_OUT) >> (feature)) & 1u) == 0u)
 #define FEATURE_IN(name)       FEATURE_IS_IN(FEATURE_##name)
 
-/* With one source of the angle there is none to change to, and nothing to ask. */
+/* With only one source of the angle there is no change of source. */
 #define FEATURE_SOURCES (FEATURE_IN(ENCODER) + FEATURE_IN(HALL) + FEATURE_IN(SENSORLESS))
 
 #define SOURCE_BIT(name, feature, start, properties) \
     | (FEATURE_IN(feature) && ((uint32_t)(properties)&wanted) != 0u ? 1u << PARAM_ANGLE_##name : 0u)
 
-/* Of what is built in: a bit for each source that has one of these properties. */
+/* A bit for each source in this build that has one of these properties. */
 static inline uint32_t sources_with(uint32_t wanted)
 {
     return 0u SOURCES(SOURCE_BIT);
@@ -69,7 +69,7 @@ static inline struct outcome feature_absent(enum feature f)
     return (struct outcome){ERROR_NOT_IN_BUILD, (int32_t)f};
 }
 
-/* ERROR_NOT_IN_BUILD if a parameter's value asks for what is absent: any other than its initial one. */
+/* ERROR_NOT_IN_BUILD if a parameter's value needs a missing feature: any but its default. */
 struct outcome features_allow(const struct param_info *info, int32_t value);
 
 /* The same for a source of the angle, enum param_angle. */

@@ -43,7 +43,7 @@ static bool in_order(const struct params *p)
     for (uint32_t n = 0; n < HALL_SECTORS; n++) {
         const int32_t distance_cdeg = *edges_of(p, (n + 1u) % HALL_SECTORS) - *edges_of(p, n);
         const int32_t width_cdeg = distance_cdeg < 0 ? distance_cdeg + HALL_TURN_CDEG : distance_cdeg;
-        if (width_cdeg < HALL_SECTOR_LEAST_CDEG || width_cdeg > HALL_SECTOR_MOST_CDEG) {
+        if (width_cdeg < HALL_SECTOR_MIN_CDEG || width_cdeg > HALL_SECTOR_MAX_CDEG) {
             return false;
         }
         turn_cdeg += width_cdeg;

@@ -17,8 +17,8 @@
 #define HALL_TURN_CDEG 36000
 
 /* Sector limits: a switch this far out of place is broken, not misplaced. */
-#define HALL_SECTOR_LEAST_CDEG 2500
-#define HALL_SECTOR_MOST_CDEG  9500
+#define HALL_SECTOR_MIN_CDEG 2500
+#define HALL_SECTOR_MAX_CDEG 9500
 
 struct hall_table {
     uint32_t state[HALL_SECTORS];    /* by place, in order of growing electrical angle */

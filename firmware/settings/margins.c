@@ -15,9 +15,9 @@
 #define PI_Q15              102944LL
 #define Q15_UNITY           32768
 #define CROSSOVER_E4        10291 /* of the speed loop over its bandwidth */
-#define SPEED_BW_STEP_HZ    512   /* the bisections' first step: below 1024 Hz, */
+#define SPEED_BW_STEP_HZ    512   /* first step of the bisections: below 1024 Hz, */
 #define POSITION_BW_STEP_HZ 128   /* below the largest speed_bw_hz, */
-#define X_MOST_Q12          8192  /* and below twice the speed loop's bandwidth: beyond any crossover */
+#define X_MAX_Q12           8192  /* and below twice the speed loop's bandwidth: beyond any crossover */
 
 /* Of the speed loop, in microseconds: see margins.h. */
 #define SLOW_US  (1000000 / (int32_t)CONFIG_SLOW_HZ)
@@ -40,10 +40,10 @@ int32_t margin_current_bw_hz(enum pwm_update update, int32_t samples)
 int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update, int32_t samples)
 {
     const int32_t half_q15 = (int32_t)(current_bw_hz * PI_Q15 / (CONFIG_PWM_HZ * samples));
-    const int32_t beside_q15 = delay_alike(update, samples) == PWM_UPDATE_ENDS
-                                   ? Q15_UNITY
-                                   : polar_root_down((uint32_t)(Q15_UNITY * Q15_UNITY - half_q15 * half_q15));
-    return QUARTER_U16 - delay_halves(update, samples) * (int32_t)(atan2_q32(half_q15, beside_q15) >> 16);
+    const int32_t adjacent_q15 = delay_alike(update, samples) == PWM_UPDATE_ENDS
+                                     ? Q15_UNITY
+                                     : polar_root_down((uint32_t)(Q15_UNITY * Q15_UNITY - half_q15 * half_q15));
+    return QUARTER_U16 - delay_halves(update, samples) * (int32_t)(atan2_q32(half_q15, adjacent_q15) >> 16);
 }
 
 static int32_t delay_us(int32_t torque_mean_ms)
@@ -61,11 +61,11 @@ int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t 
 
 int32_t margin_speed_bw_hz(int32_t current_bw_hz, int32_t torque_mean_ms)
 {
-    int32_t works = 0;
+    int32_t largest_hz = 0;
     for (int32_t step = SPEED_BW_STEP_HZ; step > 0; step /= 2) {
-        works += margin_of_speed_u16(works + step, current_bw_hz, torque_mean_ms) >= MARGIN_U16 ? step : 0;
+        largest_hz += margin_of_speed_u16(largest_hz + step, current_bw_hz, torque_mean_ms) >= MARGIN_U16 ? step : 0;
     }
-    return works;
+    return largest_hz;
 }
 
 /* A count a slow period is 60 * CONFIG_SLOW_HZ / counts rpm; the gain grows with the bandwidth. */
@@ -93,26 +93,26 @@ static int32_t speed_lag_u16(int32_t x_q12, const struct params *p)
 }
 
 /* 1 + 1 / L at a frequency of x times the speed loop's bandwidth: Q15. */
-struct number {
+struct complex_q15 {
     int64_t real, imaginary;
 };
 
-static struct number beyond_one(int32_t x_q12, const struct params *p)
+static struct complex_q15 one_plus_inverse(int32_t x_q12, const struct params *p)
 {
     const int64_t x2_q24 = (int64_t)x_q12 * x_q12;
     const int64_t n2_q24 = 16 * x2_q24 * x2_q24 / (16 * x2_q24 + (1 << 24)); /* (4 x^2)^2 / (16 x^2 + 1) */
     const int64_t n_q15 = mtpa_root(n2_q24 << 6);
     const uint32_t lag_u16 = (uint32_t)(QUARTER_U16 + speed_lag_u16(x_q12, p));
     const cossin_t c = cossin_q15(lag_u16 << 16);
-    return (struct number){32768 + ((n_q15 * c.cos) >> 15), (n_q15 * c.sin) >> 15};
+    return (struct complex_q15){32768 + ((n_q15 * c.cos) >> 15), (n_q15 * c.sin) >> 15};
 }
 
 /* Where x |1 + 1 / L| reaches the position loop's bandwidth over the speed loop's, from below. */
 static int32_t crossover_q12(int32_t position_bw_hz, const struct params *p)
 {
     int32_t below = 0;
-    for (int32_t step = X_MOST_Q12 / 2; step > 0; step /= 2) {
-        const struct number d = beyond_one(below + step, p);
+    for (int32_t step = X_MAX_Q12 / 2; step > 0; step /= 2) {
+        const struct complex_q15 d = one_plus_inverse(below + step, p);
         const int64_t size_q15 = mtpa_root(d.real * d.real + d.imaginary * d.imaginary);
         below += size_q15 * (below + step) * p->speed_bw_hz < (int64_t)position_bw_hz << 27 ? step : 0;
     }
@@ -121,16 +121,16 @@ static int32_t crossover_q12(int32_t position_bw_hz, const struct params *p)
 
 int32_t margin_of_position_u16(int32_t position_bw_hz, const struct params *p)
 {
-    const struct number d = beyond_one(crossover_q12(position_bw_hz, p), p);
+    const struct complex_q15 d = one_plus_inverse(crossover_q12(position_bw_hz, p), p);
     return QUARTER_U16 - ((int32_t)atan2_q32((int32_t)d.imaginary, (int32_t)d.real) >> 16);
 }
 
 int32_t margin_position_bw_hz(const struct params *p)
 {
-    int32_t works = 0;
+    int32_t largest_hz = 0;
     for (int32_t step = POSITION_BW_STEP_HZ; step > 0; step /= 2) {
-        const int32_t hz = works + step;
-        works += hz < p->speed_bw_hz && margin_of_position_u16(hz, p) >= POSITION_MARGIN_U16 ? step : 0;
+        const int32_t hz = largest_hz + step;
+        largest_hz += hz < p->speed_bw_hz && margin_of_position_u16(hz, p) >= POSITION_MARGIN_U16 ? step : 0;
     }
-    return works;
+    return largest_hz;
 }

@@ -68,7 +68,7 @@
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
 
-/* The mode with the same D at one sample a period. */
+/* The mode with the same D and one sample a period. */
 static inline enum pwm_update delay_alike(enum pwm_update update, int32_t samples)
 {
     return samples == 2 && update == PWM_UPDATE_ENDS ? PWM_UPDATE_VALLEY : update;

@@ -85,7 +85,7 @@ static int32_t flux_q15(const struct params *p, const struct tuning *t, int32_t 
     return (int32_t)mtpa_root(d * d + q * q);
 }
 
-/* Called node by node: torque grows ever faster with current, so no step is longer than the one before. */
+/* Called node by node: torque is convex over current, so no step is longer than the previous one. */
 static int64_t current_of_node(struct torque_map_builder *b, int64_t torque_q15)
 {
     const struct mtpa_machine *const m = &b->machine;

@@ -5,8 +5,7 @@
 
 #include "firmware/settings/features.h"
 
-#define PARAM_ROW(field, least, most, initial, what) \
-    {#field, (least), (most), (initial), offsetof(struct params, field)},
+#define PARAM_ROW(field, min, max, initial, text) {#field, (min), (max), (initial), offsetof(struct params, field)},
 
 const struct param_info param_table[] = {PARAMS(PARAM_ROW)};
 
@@ -66,7 +65,7 @@ size_t text_length(const char *s)
 
 #define FROM_TO(first, last) offsetof(struct params, first), offsetof(struct params, last)
 
-/* Parameters that one feature alone reads. */
+/* Parameters that only one feature reads. */
 static const struct {
     uint16_t first, last; /* offset */
     uint8_t feature;

@@ -20,9 +20,9 @@
 
 /* clang-format off */
 /*
- * PARAM(name, least, most, initial, "what it is"), and a remark: the page of docs/ that explains it, and what it affects. Only
- * operate/ makes strings of the texts; docs/reference.md has all of it. The order is that of the Modbus registers: append new
- * rows, or the addresses controllers use will shift.
+ * PARAM(name, min, max, initial, "description"), and a remark: the page of docs/ that explains it, and what it affects. Only
+ * operate/ makes strings of the texts; docs/reference.md lists everything. The order is that of the Modbus registers: append
+ * new rows, or the addresses that controllers use will shift.
  *
  * The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources.
  * Those of Modbus are the standard's.
@@ -59,7 +59,7 @@
     PARAM(i_trip_ma, 10, 2000000, 15000, "over-current threshold of any phase, peak") \
     /* faults.md: the fault over-current, and current sum at a quarter of it */ \
     PARAM(i_align_ma, 10, 2000000, 5000, "d-axis current that pulls the rotor into place at the start") \
-    /* design.md: how much load the start bears */ \
+    /* design.md: how much load the start holds */ \
     PARAM(v_min_mv, 1000, 2000000, 18000, "under-voltage threshold of the bus") \
     /* faults.md: the fault under-voltage; below it the drive does not switch on */ \
     PARAM(v_max_mv, 1000, 2000000, 36000, "over-voltage threshold of the bus") \
@@ -90,7 +90,7 @@
     /* design.md: delay of the current loops: how large current_bw_hz may be */ \
     PARAM(pwm_samples, 1, 2, 1, "current samples per PWM period: 1, or 2 with sensors in line") \
     /* design.md: delay of the current loops: how large current_bw_hz may be */ \
-    PARAM(overmodulation, 0, 100, 0, "per cent of the way from the voltage circle to six-step; 0: none") \
+    PARAM(overmodulation, 0, 100, 0, "per cent from the voltage circle to six-step; 0: none") \
     /* torque.md: torque at high speed, and its ripple */ \
     PARAM(low_side_shunts, 0, 1, 1, "1: sensors see a phase while its low side conducts; 0: always, in line") \
     /* design.md: which phase currents are measured; pwm_samples, overmodulation */ \
@@ -140,16 +140,16 @@
     /* faults.md: the fault speed deviation */ \
     PARAM(command_timeout_ms, 0, 60000, 0, "longest silence of console and bus while on; 0: no limit") \
     /* faults.md: the fault command time-out */ \
-    PARAM(angle_source, 0, 2, 0, "what tells the rotor's angle: 0 encoder, 1 observer, 2 Hall switches") \
+    PARAM(angle_source, 0, 2, 0, "source of the rotor's angle: 0 encoder, 1 observer, 2 Hall switches") \
     /* sources.md: how the drive starts, which modes it has */ \
     PARAM(injection_mv, 0, 2000000, 0, "voltage injected at low speed to see the saliency; 0: none") \
     /* sensorless.md: start and low speeds without an encoder */ \
     PARAM(retry_count, 0, 100, 0, "how often the drive clears a fault and restarts by itself; 0: never") \
-    /* faults.md: what follows a fault that may pass */ \
+    /* faults.md: automatic restart after a fault */ \
     PARAM(retry_delay_ms, 10, 60000, 1000, "time between a fault and the restart") \
-    /* faults.md: what follows a fault that may pass */ \
+    /* faults.md: automatic restart after a fault */ \
     PARAM(modbus_address, 0, 247, 1, "address on the bus; 0: the drive does not listen") \
-    /* modbus.md: who is answered on RS-485 */ \
+    /* modbus.md: which requests are answered on RS-485 */ \
     PARAM(modbus_baud, 9600, 921600, 19200, "rate of the bus") \
     /* modbus.md: the line of Modbus */ \
     PARAM(modbus_parity, 0, 2, 2, "0 none, with two stop bits; 1 odd; 2 even") \
@@ -172,7 +172,7 @@
     PARAM(hall_edge_6_cdeg, 0, 35999, 30000, "electrical angle at which the sixth state begins") \
     /* hall.md: angle from Hall switches */ \
     PARAM(injection_silent, 0, 1, 0, "pulses of the injection: 0 alternating, a tone; 1 pseudo-random, a noise") \
-    /* sensorless.md: what is heard of the injection */ \
+    /* sensorless.md: acoustic noise of the injection */ \
     PARAM(can_node, 0, 255, 0, "number of this drive on the CAN bus; 0: it is not there; 255: LSS gives it one") \
     /* can.md: the node */ \
     PARAM(can_kbit, 20, 1000, 500, "rate of the CAN bus: 20, 50, 125, 250, 500, 800, 1000, or the next below") \
@@ -181,11 +181,11 @@
     /* can.md: bus-off */ \
     PARAM(can_heartbeat_ms, 0, 65535, 0, "time between heartbeats, object 0x1017 at first; 0: none") \
     /* can.md: heartbeat */ \
-    PARAM(direction, 0, 1, 0, "1: the shaft turns the other way for all set-points; what is shown, too") \
-    /* guides/your-motor.md: which way is forward */
+    PARAM(direction, 0, 1, 0, "1: inverts the direction of all set-points and displayed values") \
+    /* guides/your-motor.md: forward direction */
 /* clang-format on */
 
-#define PARAM_FIELD(name, least, most, initial, what) int32_t name;
+#define PARAM_FIELD(name, min, max, initial, text) int32_t name;
 
 struct params {
     PARAMS(PARAM_FIELD)
@@ -225,14 +225,14 @@ size_t text_length(const char *s);
  *
  *   feature     of settings/features.h, which a build may leave out
  *   start       how it starts: start_by_... of drive/start.h
- *   properties  what it can. All others ask for these (source_has(), rotor.h), never for a source by its name
+ *   properties  its capabilities. Other code asks for these (source_has(), rotor.h), never for a particular source
  */
 enum source_property {
-    SOURCE_COUNTS = 1u << 0,    /* an encoder: the shaft's position, an index, and whatever is learned by place */
-    SOURCE_SWITCHES = 1u << 1,  /* Hall switches: edges at places that are learned */
-    SOURCE_ESTIMATES = 1u << 2, /* no sensor: the EMF, the saliency, or a prescribed field */
+    SOURCE_COUNTS = 1u << 0,    /* an encoder: the shaft's position, an index, and what is learned by position */
+    SOURCE_SWITCHES = 1u << 1,  /* Hall switches: edges at learned angles */
+    SOURCE_ESTIMATES = 1u << 2, /* no sensor: by EMF, saliency, or a prescribed field */
     SOURCE_WEAKENS = 1u << 3,   /* its handler weakens the field, and overmodulates */
-    SOURCE_CATCHES = 1u << 4,   /* its start finds the angle of a rotor that turns */
+    SOURCE_CATCHES = 1u << 4,   /* flying start: finds the angle of a turning rotor */
 };
 
 /* clang-format off */

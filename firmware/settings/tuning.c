@@ -19,13 +19,13 @@
  * crossover w = 2 pi f:  Kp = w L,  Ki = w R  (for example Harnefors, Nee: "Model-based current control of AC machines using
  * the internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998).
  */
-#define RIPPLE_KNEES     4 /* below that the current loop copes, and the faster handler can be used */
+#define RIPPLE_KNEES     4 /* below that the current loop corrects it, and the faster handler can be used */
 #define REACTANCE_LIMIT  131071
 #define IRON_GROWS_LIMIT 65535 /* times a square of a current: 32 bits */
 #define Q15_UNITY        32768
 #define GAIN_LIMIT       32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 #define KP_LIMIT         131071
-#define RESISTANCE_MOST  100000 /* of the parameter */
+#define RESISTANCE_MAX   100000 /* of the parameter */
 
 _Static_assert((int64_t)KP_LIMIT *(CONFIG_BUS_STEPS / 8) <= INT32_MAX, "the current loop multiplies kp with so much");
 
@@ -62,8 +62,8 @@ static struct outcome tune_current_gains(const struct params *p, struct tuning *
     }
     const int64_t ki = integral(p, t, p->resistance_mohm);
     if (ki > GAIN_LIMIT || ki < 1) {
-        return tuning_instead(ERROR_CURRENT_INTEGRAL_GAIN, RESISTANCE_MOST, ki < 1 ? 1 : GAIN_LIMIT - 1,
-                              integral(p, t, RESISTANCE_MOST));
+        return tuning_instead(ERROR_CURRENT_INTEGRAL_GAIN, RESISTANCE_MAX, ki < 1 ? 1 : GAIN_LIMIT - 1,
+                              integral(p, t, RESISTANCE_MAX));
     }
     t->kp_d_q12 = (int32_t)kp_d;
     t->kp_q_q12 = (int32_t)kp_q;
@@ -122,9 +122,9 @@ static struct outcome tune_decoupling(const struct params *p, struct tuning *t)
  */
 static void tune_ripple(const struct params *p, struct tuning *t)
 {
-    const int32_t least_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
+    const int32_t min_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
     const int64_t q10 = scale_clamp(
-        scale(p->v_range_mv * 147801669LL, 1, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma), 0, INT32_MAX);
+        scale(p->v_range_mv * 147801669LL, 1, (int64_t)min_uh * CONFIG_PWM_HZ * p->i_range_ma), 0, INT32_MAX);
     const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max over sqrt(3) */
     t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : scale_clamp(q10, 0, GAIN_LIMIT);
 }
@@ -149,20 +149,20 @@ struct outcome tuning_current(const struct params *p, struct tuning *t)
 
 /* ==== torque ==== */
 
-/* Inputs of the torque limits: largest flux, bus energy, power that may be burnt in the windings. */
+/* Inputs of the torque limits: largest flux, bus energy, power that may be dissipated in the windings. */
 
 #define LARGEST 32767 /* 16 bits, to be multiplied with 16-bit values */
 
-#define SALIENCY_MOST 65535 /* times a current: 32 bits */
+#define SALIENCY_MAX 65535 /* times a current: 32 bits */
 
-#define EMF_MOST 65535 /* times a speed or a torque, which have 15 bits and a sign */
+#define EMF_MAX 65535 /* times a speed or a torque, which have 15 bits and a sign */
 
-#define POWER_MOST 65535 /* twice the ranges: no limit, and 16 bits can still shift by 15 */
+#define POWER_MAX 65535 /* twice the ranges: no limit, and 16 bits can still shift by 15 */
 
 /* Over 1.5 v_range i_range. */
 static int32_t power_q15(const struct params *p, int32_t power_w)
 {
-    return scale_clamp(scale(power_w * 2000000LL, 32768, 3LL * p->v_range_mv * p->i_range_ma), 0, POWER_MOST);
+    return scale_clamp(scale(power_w * 2000000LL, 32768, 3LL * p->v_range_mv * p->i_range_ma), 0, POWER_MAX);
 }
 
 /* Energy in units of a power of 1.0 over a slow period: C v_range / (3 i_range) per period. */
@@ -172,9 +172,9 @@ struct outcome tuning_torque(const struct params *p, struct tuning *t)
     const int64_t emf_q11 = scale(flux_nv, 2048, 1000000LL * p->v_range_mv);
     const int64_t energy =
         scale((int64_t)p->bus_capacitance_uf * p->v_range_mv, 1024LL * CONFIG_SLOW_HZ, 3000000LL * p->i_range_ma);
-    if (emf_q11 > EMF_MOST) {
+    if (emf_q11 > EMF_MAX) {
         return tuning_instead(ERROR_CURRENT_GAIN, mtpa_lq_uh(p) > mtpa_ld_uh(p) ? mtpa_lq_uh(p) : mtpa_ld_uh(p),
-                              EMF_MOST - 1, emf_q11);
+                              EMF_MAX - 1, emf_q11);
     }
     t->torque_emf_q11 = q15_max((int32_t)emf_q11, 1); /* a weak magnet's may be below one LSB, and divides */
     t->bus_energy_q10 = scale_clamp(energy, 0, LARGEST);
@@ -183,7 +183,7 @@ struct outcome tuning_torque(const struct params *p, struct tuning *t)
     const int64_t x_d_q11 = (int64_t)t->x_d_q11 * mtpa_ld_uh(p) / p->ld_uh;
     const int64_t x_q_q11 = (int64_t)t->x_q_q11 * mtpa_lq_uh(p) / p->lq_uh;
     const int64_t cancelling_q15 = scale((int64_t)t->emf_q12 * 32768, 1, 2 * (x_d_q11 > 0 ? x_d_q11 : 1));
-    t->saliency_q11 = scale_clamp(x_q_q11 - x_d_q11, -SALIENCY_MOST, SALIENCY_MOST);
+    t->saliency_q11 = scale_clamp(x_q_q11 - x_d_q11, -SALIENCY_MAX, SALIENCY_MAX);
     t->burn_max_q15 = scale_clamp(cancelling_q15, 0, t->i_max_q15);
     t->power_max_q15 = q15_max(power_q15(p, p->power_max_w), 1); /* a watt may be below one LSB */
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
@@ -218,7 +218,7 @@ static int32_t modulator_counts(int32_t osr)
     return 3 * osr * ADC_MODULATOR_CLOCKS + 300;
 }
 
-/* The first that holds is the problem. */
+/* The first whose condition holds is reported. */
 struct inconsistency {
     bool holds;
     enum error error;
@@ -239,29 +239,29 @@ static struct outcome first_of(const struct inconsistency *list, size_t count)
  * Inductances of the same iron: by how much saturation at rated current may bring the incremental ones below flux over
  * current, and below those without current. Motors with measured maps have 3.8 and 6.8 (qemu/motors/thor_pmsyrm.toml).
  */
-#define APPARENT_MOST 8LL
-#define REST_MOST     16LL
+#define APPARENT_MAX 8LL
+#define REST_MAX     16LL
 
 static struct outcome check_limits(const struct params *p)
 {
-    const int64_t trip_most_ma = p->i_range_ma * 95LL / 100;
-    const int64_t max_most_ma = p->i_trip_ma * 85LL / 100;
-    const int64_t v_most_mv = p->v_range_mv * 98LL / 100;
-    const int64_t rpm_most = 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100 / p->pole_pairs;
+    const int64_t trip_limit_ma = p->i_range_ma * 95LL / 100;
+    const int64_t max_limit_ma = p->i_trip_ma * 85LL / 100;
+    const int64_t v_limit_mv = p->v_range_mv * 98LL / 100;
+    const int64_t rpm_limit = 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100 / p->pole_pairs;
     const struct inconsistency list[] = {
-        {p->i_trip_ma > trip_most_ma, ERROR_I_TRIP_BEYOND_RANGE, trip_most_ma},
-        {p->i_max_ma > max_most_ma, ERROR_I_MAX_BEYOND_TRIP, max_most_ma},
+        {p->i_trip_ma > trip_limit_ma, ERROR_I_TRIP_BEYOND_RANGE, trip_limit_ma},
+        {p->i_max_ma > max_limit_ma, ERROR_I_MAX_BEYOND_TRIP, max_limit_ma},
         {p->i_align_ma > p->i_max_ma, ERROR_I_ALIGN_BEYOND_MAX, p->i_max_ma},
-        {p->v_min_mv >= p->v_max_mv || p->v_max_mv > v_most_mv, ERROR_V_LIMITS, v_most_mv},
+        {p->v_min_mv >= p->v_max_mv || p->v_max_mv > v_limit_mv, ERROR_V_LIMITS, v_limit_mv},
         {p->chopper_on_mv != 0 && (p->chopper_on_mv >= p->v_max_mv || p->chopper_off_mv == 0 ||
                                    p->chopper_off_mv > p->chopper_on_mv - p->v_range_mv / 1000),
          ERROR_CHOPPER_LEVELS, 0},
         {p->speed_max_rpm >= p->overspeed_rpm, ERROR_SPEED_MAX_BEYOND_OVERSPEED, p->overspeed_rpm - 1},
         {p->v_min_mv < p->v_range_mv / 4, ERROR_V_MIN_BELOW_MODULATOR, p->v_range_mv / 4},
-        {p->overspeed_rpm > rpm_most, ERROR_SPEED_BEYOND_OBSERVER, rpm_most},
-        {p->ld_apparent_uh > APPARENT_MOST * p->ld_uh, ERROR_LD_APPARENT, APPARENT_MOST * p->ld_uh},
-        {p->lq_apparent_uh > APPARENT_MOST * p->lq_uh, ERROR_LQ_APPARENT, APPARENT_MOST * p->lq_uh},
-        {p->lq_rest_uh > REST_MOST * p->lq_uh, ERROR_LQ_REST, REST_MOST * p->lq_uh},
+        {p->overspeed_rpm > rpm_limit, ERROR_SPEED_BEYOND_OBSERVER, rpm_limit},
+        {p->ld_apparent_uh > APPARENT_MAX * p->ld_uh, ERROR_LD_APPARENT, APPARENT_MAX * p->ld_uh},
+        {p->lq_apparent_uh > APPARENT_MAX * p->lq_uh, ERROR_LQ_APPARENT, APPARENT_MAX * p->lq_uh},
+        {p->lq_rest_uh > REST_MAX * p->lq_uh, ERROR_LQ_REST, REST_MAX * p->lq_uh},
     };
     return first_of(list, sizeof list / sizeof list[0]);
 }
@@ -288,10 +288,10 @@ static struct outcome check_sampling(const struct params *p)
  */
 static void tune_sensors(const struct params *p, struct tuning *t)
 {
-    const int32_t trip_q15 = t->i_trip_q15 + 32768 / 16, most_q15 = 32768 * 95 / 100;
+    const int32_t trip_q15 = t->i_trip_q15 + 32768 / 16, limit_q15 = 32768 * 95 / 100;
     t->modulator_osr = (int16_t)p->modulator_osr;
     t->settle_counts = p->low_side_shunts != 0 ? CONFIG_SETTLE_COUNTS : 0u;
-    t->modulator_trip_q15 = trip_q15 < most_q15 ? trip_q15 : most_q15;
+    t->modulator_trip_q15 = trip_q15 < limit_q15 ? trip_q15 : limit_q15;
     t->early_counts = 3 * p->modulator_osr * ADC_MODULATOR_CLOCKS / 2;
 }
 
@@ -319,9 +319,9 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
         return (struct outcome){ERROR_CURRENT_MARGIN, current_bw_hz};
     }
     t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
-    const int32_t least_counts = MARGIN_COUNTS_A_POLE_PAIR * p->pole_pairs;
-    if (counts && p->encoder_counts < least_counts) {
-        return (struct outcome){ERROR_ENCODER_COARSE, least_counts};
+    const int32_t min_counts = MARGIN_COUNTS_A_POLE_PAIR * p->pole_pairs;
+    if (counts && p->encoder_counts < min_counts) {
+        return (struct outcome){ERROR_ENCODER_COARSE, min_counts};
     }
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
     if (counts && p->speed_bw_hz > resolved_hz) {

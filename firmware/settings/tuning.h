@@ -20,9 +20,9 @@
 
 #define TUNING_ALIGN_LEVELS 2
 
-/* Alignment currents: i_align's, and one for a load that this does not move. */
+/* Alignment currents: i_align's, and a larger one for loads that this does not move. */
 struct tuning_align {
-    int32_t i_q15, i_less_q15; /* the first holds the rotor; the second measures the load */
+    int32_t i_q15, i_less_q15; /* the first holds the rotor; with the second the load is measured */
     int32_t ratio_q15;         /* second over first */
     int32_t saliency_q15;      /* (Lq - Ld) i over flux */
     int32_t period_ms;         /* of the rotor's oscillation about the field, if inertia_gmm2 is right */
@@ -66,9 +66,9 @@ struct tuning_field {
     int32_t i_q15;             /* current to lead it */
     int32_t ramp_q16;          /* steepest ramp, rpm Q16 a millisecond: a share of that current's acceleration */
     int32_t creep_below_q16;   /* rpm: accelerating below this speed the ramp is no steeper than */
-    int32_t creep_q16;         /* this, so a stuck rotor can follow once the field breaks it loose */
+    int32_t creep_q16;         /* this, so that a sticking rotor can follow once it breaks loose */
     int32_t rest_ms;           /* a period of the rotor's oscillation about it */
-    int32_t yield_loops;       /* samples in which the field yields by the rotor's whole deviation: damping */
+    int32_t yield_loops;       /* damping: samples in which the field moves by the rotor's whole deviation */
     int32_t speed_per_rpm_q12; /* Q32 of a turn a sample, 12 more bits, per rpm in Q16 */
 };
 
@@ -105,7 +105,7 @@ struct tuning {
     int32_t torque_emf_q11;     /* power, per torque and speed */
     int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */
     int32_t bus_set_energy_q25; /* at TUNING_BUS_SET_PERCENT of v_max */
-    int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
+    int32_t burn_max_q15;       /* largest d current for dissipating power: cancels the magnets' flux, at most i_max */
     int32_t saliency_q11;       /* apparent x_q - x_d */
     int32_t speed_max_rpm_q4;
     bool weakens; /* rated torque at speed_max needs a weaker field: determined at `on`, for the present bus */
@@ -161,8 +161,8 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t);
 
 /*
  * Checks that the bus stays below v_max if the bridge goes off at overspeed_rpm and the diodes rectify the EMF: sqrt(3) w psi
- * between two phases, peak. Skipped if the parameters allow more. And that i_max turns the inertia up to speed_max within five
- * minutes: a unit mistaken for another is beyond that. Thread, of parameters with a tuning.
+ * between two phases, peak; skipped if the parameters allow more. And that i_max accelerates the inertia to speed_max within
+ * five minutes, which a wrong unit does not. Thread, for parameters with a tuning.
  */
 struct outcome tuning_check_motor(const struct params *p);
 

@@ -5,7 +5,7 @@
 
 #include "firmware/settings/tuning.h"
 
-/* Refused because `number`, which grows with `value`, does not fit: the value with which it would be `fits`, or just less. */
+/* Refused because `number`, proportional to `value`, is not `fits`: returns the value with which it would be, or just less. */
 static inline struct outcome tuning_instead(enum error error, int64_t value, int64_t fits, int64_t number)
 {
     const int64_t instead = scale(value, fits, number < 1 ? 1 : number);

@@ -9,14 +9,14 @@
 
 #define FOUR_PI_SQUARED_E9 39478417604LL
 
-/* Above this share of psi / (Lq - Ld) reluctance takes too much of the magnets' pull. */
-#define ALIGN_SALIENCY_MOST_Q15 16384
+/* Above this share of psi / (Lq - Ld) reluctance reduces the magnets' torque too much. */
+#define ALIGN_SALIENCY_MAX_Q15 16384
 
-/* An i_align this far below i_max means that more current would turn the magnets away: use no more. */
+/* An i_align this far below i_max means that more current would turn the rotor away: use no more. */
 #define ALIGN_RANGE 4
 
-#define ALIGN_LEAST_MS 30      /* slow enough for a faster rotor, too */
-#define ALIGN_MOST_MS2 2250000 /* 1.5 s: two and a half times that is the longest wait for an oscillation */
+#define ALIGN_MIN_MS  30      /* slow enough for faster rotors, too */
+#define ALIGN_MAX_MS2 2250000 /* 1.5 s: two and a half times that is the longest wait for an oscillation */
 
 /* The peak-to-peak current of the saliency measurement, as a part of i_max, in a millisecond that it half settles. */
 #define SALIENCY_I_PART 5
@@ -28,7 +28,7 @@ static int32_t align_period_ms(const struct params *p, int64_t i_ma)
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
     const int64_t w0_squared_e3 = scale(kt_nnm, p->pole_pairs * i_ma, p->inertia_gmm2); /* (rad/s)^2 * 1000 */
     const int64_t period_squared_ms2 = scale(FOUR_PI_SQUARED_E9, 1, w0_squared_e3 < 1 ? 1 : w0_squared_e3);
-    return polar_root_down((uint32_t)scale_clamp(period_squared_ms2, ALIGN_LEAST_MS * ALIGN_LEAST_MS, ALIGN_MOST_MS2));
+    return polar_root_down((uint32_t)scale_clamp(period_squared_ms2, ALIGN_MIN_MS * ALIGN_MIN_MS, ALIGN_MAX_MS2));
 }
 
 static int64_t larger(int64_t x, int64_t y)
@@ -55,7 +55,7 @@ static struct tuning_align align_level(const struct params *p, int64_t i_ma, int
         .i_q15 = i_q15,
         .i_less_q15 = (i_q15 * ratio_q15) >> 15,
         .ratio_q15 = ratio_q15,
-        .saliency_q15 = scale_clamp(saliency_q15, 0, ALIGN_SALIENCY_MOST_Q15),
+        .saliency_q15 = scale_clamp(saliency_q15, 0, ALIGN_SALIENCY_MAX_Q15),
         .period_ms = align_period_ms(p, i_ma),
     };
 }
@@ -71,9 +71,9 @@ static int64_t largest_align_ma(const struct params *p, bool shows_axis)
 {
     const int64_t difference_uh = rest_difference_uh(p);
     const int64_t permille = shows_axis ? ALIGN_PERMILLE : ALIGN_PERMILLE_BY_LOAD;
-    const int64_t turns_away_ma = difference_uh > 0 ? scale(p->flux_uwb, permille, difference_uh) : p->i_max_ma;
-    const int64_t most_ma = (int64_t)p->i_align_ma * ALIGN_RANGE < p->i_max_ma ? p->i_align_ma : p->i_max_ma;
-    return larger(most_ma < turns_away_ma ? most_ma : turns_away_ma, 1);
+    const int64_t unstable_ma = difference_uh > 0 ? scale(p->flux_uwb, permille, difference_uh) : p->i_max_ma;
+    const int64_t limit_ma = (int64_t)p->i_align_ma * ALIGN_RANGE < p->i_max_ma ? p->i_align_ma : p->i_max_ma;
+    return larger(limit_ma < unstable_ma ? limit_ma : unstable_ma, 1);
 }
 
 /* ---- machines whose reluctance outweighs their magnets ---- */
@@ -90,13 +90,13 @@ static int64_t apparent_difference_uh(const struct params *p)
 /* From here on, aligning by the magnets' pull leaves them too little current. */
 #define RELUCTANT_FROM_TENTHS 15
 
-#define RELUCTANT_X_LEAST_Q15 328 /* 0.01: almost no magnet */
+#define RELUCTANT_X_MIN_Q15 328 /* 0.01: almost no magnet */
 
 /* Oscillation of a machine at the angle acos(x), x = psi / (Lq - Ld) I: w0^2 = p Kt I / J (1 - x^2) / x. */
 static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
 {
     const int64_t seen_q15 = scale(p->flux_uwb * 1000LL, 32768, apparent_difference_uh(p) * i_ma);
-    const int64_t x_q15 = seen_q15 > RELUCTANT_X_LEAST_Q15 ? seen_q15 : RELUCTANT_X_LEAST_Q15;
+    const int64_t x_q15 = seen_q15 > RELUCTANT_X_MIN_Q15 ? seen_q15 : RELUCTANT_X_MIN_Q15;
     const int64_t firmer_q15 = scale(32768LL * 32768 - x_q15 * x_q15, 1, x_q15);
     struct tuning_align level = align_level(p, i_ma, 32768);
     level.period_ms = align_period_ms(p, scale(i_ma, firmer_q15, 32768));
@@ -108,14 +108,14 @@ static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
  * than telling the load by two currents from where reluctance takes a third of the magnets' pull at i_max. A count is what the
  * axis is seen by: 2.8 degrees at most.
  */
-#define AXIS_LEAST_PERCENT 35
-#define AXIS_PULL_PART     3
-#define AXIS_COUNT_SHIFT   25
+#define AXIS_MIN_PERCENT 35
+#define AXIS_PULL_PART   3
+#define AXIS_COUNT_SHIFT 25
 
 static bool shows_axis(const struct params *p, const struct tuning *t)
 {
     const int64_t difference_uh = rest_difference_uh(p);
-    return difference_uh * 100 >= (int64_t)p->ld_uh * AXIS_LEAST_PERCENT &&
+    return difference_uh * 100 >= (int64_t)p->ld_uh * AXIS_MIN_PERCENT &&
            t->encoder_scale_q32 >> AXIS_COUNT_SHIFT == 0u &&
            difference_uh * p->i_max_ma * AXIS_PULL_PART >= p->flux_uwb * 1000LL;
 }
@@ -161,12 +161,12 @@ static void tune_wiring(const struct params *p, struct tuning *t)
 
 static void tune_alignment(const struct params *p, struct tuning *t)
 {
-    const int64_t most_ma = largest_align_ma(p, shows_axis(p, t));
-    const int64_t first_ma = p->i_align_ma < most_ma ? p->i_align_ma : most_ma;
+    const int64_t limit_ma = largest_align_ma(p, shows_axis(p, t));
+    const int64_t first_ma = p->i_align_ma < limit_ma ? p->i_align_ma : limit_ma;
     t->pole_pairs = p->pole_pairs;
-    t->align_levels = most_ma > first_ma ? 2u : 1u;
+    t->align_levels = limit_ma > first_ma ? 2u : 1u;
     t->align[0] = align_level(p, first_ma, 16384);
-    t->align[1] = align_level(p, most_ma, 19661); /* 0.6: it holds a load of half of i_max, too */
+    t->align[1] = align_level(p, limit_ma, 19661); /* 0.6: it holds a load of half of i_max, too */
 }
 
 /*
@@ -181,11 +181,11 @@ static void tune_alignment(const struct params *p, struct tuning *t)
 static void tune_align_speed(const struct params *p, struct tuning *t)
 {
     const int64_t limit_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, SPEED_PER_RPM_E3, 1000);
-    const int64_t least_q32 = (1LL << 32) / (SWING_PART * t->align[0].period_ms);
-    const int32_t most_ms = t->align[0].period_ms / SPEED_PERIOD;
-    t->align_speed_q32 = (int32_t)(limit_q32 > least_q32 ? limit_q32 : least_q32);
+    const int64_t min_q32 = (1LL << 32) / (SWING_PART * t->align[0].period_ms);
+    const int32_t limit_ms = t->align[0].period_ms / SPEED_PERIOD;
+    t->align_speed_q32 = (int32_t)(limit_q32 > min_q32 ? limit_q32 : min_q32);
     const int64_t measured_ms = scale(SPEED_COUNTS, t->encoder_scale_q32, t->align_speed_q32);
-    t->align_speed_ms = measured_ms < 1 ? 1 : measured_ms < most_ms ? (int32_t)measured_ms : most_ms;
+    t->align_speed_ms = measured_ms < 1 ? 1 : measured_ms < limit_ms ? (int32_t)measured_ms : limit_ms;
 }
 
 void tuning_start(const struct params *p, struct tuning *t)
@@ -202,7 +202,7 @@ void tuning_start(const struct params *p, struct tuning *t)
  * The machine model of the flux observer (control/observer.h). Its unit of flux, 2^28, is the sum of the magnets' flux and that
  * of i_range through the larger inductance. Inductances are flux over current: the apparent ones in saturated iron.
  */
-#define R_MOST_Q5 32767 /* times a current of 65534 */
+#define R_MAX_Q5 32767 /* times a current of 65534 */
 
 /*
  * The ramp may take 15 % of the largest current, leaving the rest for a load: rated load and this ramp together turn the rotor
@@ -210,21 +210,24 @@ void tuning_start(const struct params *p, struct tuning *t)
  */
 #define RAMP_PERCENT  15
 #define ALIGN_PERIODS 5
-#define ALIGN_LEAST   300 /* ms */
-#define ALIGN_MOST    2000
+#define ALIGN_MIN     300 /* ms */
+#define ALIGN_MAX     2000
 
 static void tune_field(const struct params *p, struct tuning *t)
 {
     const int64_t slope_q16 = ((int64_t)t->i_max_q15 << 24) * RAMP_PERCENT / 100 / q15_max(t->speed_accel_q8, 1);
     const int32_t align_ms = ALIGN_PERIODS * t->align[0].period_ms;
     t->field.i_align_q15 = t->align[0].i_q15;
-    t->field.align_ms = q15_clamp(align_ms, ALIGN_LEAST, ALIGN_MOST);
+    t->field.align_ms = q15_clamp(align_ms, ALIGN_MIN, ALIGN_MAX);
     t->field.i_q15 = t->i_max_q15;
     t->field.ramp_q16 = scale_clamp(slope_q16, 1, t->ramp_q16);
     /* 2 zeta w: 0.7 2 pi a period; that of i_align; the field's own is slightly less */
     t->field.rest_ms = q15_max(t->align[0].period_ms, 1);
     t->field.yield_loops = scale_clamp((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, 1, INT32_MAX);
-    /* a field of up to 0.86 w catches a rotor at rest; it reaches 0.4 w in 0.3 of a turn, whichever way the rotor sticks */
+    /*
+     * a field of up to 0.86 w catches a rotor at rest; it reaches 0.4 w in 0.3 of a turn, in whichever direction the rotor
+     * sticks
+     */
     const int64_t period_poles_ms = (int64_t)t->field.rest_ms * p->pole_pairs;
     t->field.creep_below_q16 = scale_clamp(24000LL * 65536 / period_poles_ms, 0, INT32_MAX);
     t->field.creep_q16 = scale_clamp(16000LL * 65536 / period_poles_ms / t->field.rest_ms + 1, 1, INT32_MAX);
@@ -248,8 +251,8 @@ static int32_t rated_i_q_q15(const struct params *p)
  * It is placed where that is 1.25 degrees: a faster one only passes more sensor noise to the speed loop. LAG converts rpm Q16 a
  * millisecond times pole pairs to Hz^2 in Q8: 256e3 / (65536 60 2 pi 1.25 (2 pi / 360)).
  */
-#define INJECTION_POLE_MOST_HZ 60
-#define INJECTION_LAG_E6       475032
+#define INJECTION_POLE_MAX_HZ 60
+#define INJECTION_LAG_E6      475032
 
 static int32_t track_of(const struct tuning *t, int32_t pole_hz_q4)
 {
@@ -269,8 +272,8 @@ static int32_t injection_pole_hz_q4(const struct params *p, const struct tuning 
 {
     const int64_t slope_q16 = (rated_torque_q15(p) << 24) / q15_max(t->speed_accel_q8, 1);
     const int64_t squared_q8 = scale(slope_q16 * p->pole_pairs, INJECTION_LAG_E6, 1000000);
-    const int64_t most_q8 = 256 * INJECTION_POLE_MOST_HZ * INJECTION_POLE_MOST_HZ;
-    return polar_root_down((uint32_t)(squared_q8 < most_q8 ? squared_q8 : most_q8));
+    const int64_t limit_q8 = 256 * INJECTION_POLE_MAX_HZ * INJECTION_POLE_MAX_HZ;
+    return polar_root_down((uint32_t)(squared_q8 < limit_q8 ? squared_q8 : limit_q8));
 }
 
 /* From a quarter of rated current on, cross saturation is as at rated current. */
@@ -281,7 +284,7 @@ static void tune_injection(const struct params *p, struct tuning *t)
     t->injection.v_q15 = scale_clamp(scale(p->injection_mv, 32768, p->v_range_mv), 0, INT16_MAX);
     t->injection.turned = t->delay_halves == 1 ? -1 : 0;
     t->injection.silent = p->injection_silent;
-    t->injection.track_most = track_of(t, 16 * INJECTION_POLE_MOST_HZ);
+    t->injection.track_most = track_of(t, 16 * INJECTION_POLE_MAX_HZ);
     t->injection.track = track_of(t, injection_pole_hz_q4(p, t));
     t->injection.polarity_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
     t->injection.cross_q15 = p->cross_pm * 32768 / 1000;
@@ -305,8 +308,8 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     t->observer.lq_more = (int32_t)scale(rest_nwb - lq_nwb, 1 << 14, unit_nwb);
     t->observer.iron_q15 = rated_i_q_q15(p);
     t->observer.of_bus_q8 = scale_clamp(scale(of_bus, 1, unit_nwb), 0, INT32_MAX);
-    t->observer.r_q5 = scale_clamp(r_q5, 0, R_MOST_Q5);
-    t->observer.usable = t->observer.magnet >= 1 && r_q5 <= R_MOST_Q5;
+    t->observer.r_q5 = scale_clamp(r_q5, 0, R_MAX_Q5);
+    t->observer.usable = t->observer.magnet >= 1 && r_q5 <= R_MAX_Q5;
     t->angle_source = (uint32_t)p->angle_source;
     tune_field(p, t);
     tune_injection(p, t);

@@ -17,9 +17,9 @@
 #define FAULT_MARK 0x50D1E5E5u
 #define PROBE_MARK 0x9A0BE5E5u
 
-/* Lives through a reset, so its place is fixed, and nothing in it is trusted without its mark and sum. */
+/* Survives a reset: at a fixed address, and valid only with its mark and check sum. */
 static struct {
-    uint32_t probe; /* PROBE_MARK while one is under way */
+    uint32_t probe; /* PROBE_MARK during a probe */
     uint32_t mark;
     struct postmortem record;
     uint32_t check; /* sum of the record's words */
@@ -59,7 +59,7 @@ struct postmortem postmortem_collect(void)
     if (kept.mark == FAULT_MARK && kept.check == postmortem_checksum(&kept.record)) {
         found = kept.record;
     }
-    found.probe_died = kept.probe == PROBE_MARK;
+    found.probe_failed = kept.probe == PROBE_MARK;
     kept.mark = 0;
     kept.probe = 0;
     return found;
@@ -75,20 +75,20 @@ void postmortem_probe(bool under_way)
 
 void boot_core(void)
 {
-    (void)cache_lock(link_code, link_array); /* without it the loop takes longer when other code has run */
+    (void)cache_lock(link_code, link_array); /* otherwise the loop takes longer when other code has run */
     scb_enable_faults();
-    (void)device_guard_stack(); /* device_fault() looks whether it is there */
-    (void)dwt_init();           /* without a cycle counter 'status' shows no cycles, and that is all */
+    (void)device_guard_stack(); /* device_fault() checks it */
+    (void)dwt_init();           /* only 'status' needs the cycle counter */
     sysreg_release_reset(BOOT_BLOCKS);
     watchdog_refresh();
-    watchdog_switch_on(); /* before the fabric, which may not answer */
+    watchdog_switch_on(); /* before the fabric, which may not respond */
 }
 
 /*
- * A fabric without a design may answer with a bus fault, or never. Either ends this life of the program; the next one finds
- * the mark, leaves the fabric alone, and can say so.
+ * A fabric without a design may respond with a bus fault, or never. Either ends this run of the program; the next one finds the
+ * mark, does not access the fabric, and reports it.
  */
-static bool fabric_answers(const struct fabric *fabric)
+static bool fabric_is_right(const struct fabric *fabric)
 {
     postmortem_probe(true);
     const bool right = gate_id_ok(&fabric->gate) && (AXIS_COUNT == 1u || gate_axes(&fabric->gate) >= AXIS_COUNT);
@@ -96,7 +96,7 @@ static bool fabric_answers(const struct fabric *fabric)
     return right;
 }
 
-/* Power-on sets the bit of every cause, whatever happened before. */
+/* Power-on sets all cause bits. */
 static enum fault fault_of_last_run(const struct postmortem *last)
 {
     if ((last->reset_causes & SYSREG_CAUSE_POWER_ON) != 0u) {
@@ -126,7 +126,7 @@ enum fault boot_check(const struct fabric *fabric, struct postmortem *last)
     if (present == FAULT_CLOCK) {
         return present;
     }
-    if (last->probe_died || !fabric_answers(fabric)) {
+    if (last->probe_failed || !fabric_is_right(fabric)) {
         return FAULT_FABRIC;
     }
     return present != FAULT_NONE ? present : past;

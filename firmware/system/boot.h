@@ -24,7 +24,7 @@
 
 struct postmortem {
     bool valid;         /* a processor fault came before the last reset; the rest describes it */
-    bool probe_died;    /* the last life ended between postmortem_probe(true) and postmortem_probe(false) */
+    bool probe_failed;  /* the last run ended between postmortem_probe(true) and postmortem_probe(false) */
     uint32_t exception; /* number: 2 NMI, 3 hard fault, 4 memory, 5 bus, 6 usage, 16 + n interrupt n */
     bool frame_valid;
     struct fault_frame frame;
@@ -37,12 +37,12 @@ struct postmortem {
 /* Writes the record. Only the fault entry calls it; the reset that must follow is the caller's. */
 void postmortem_keep(const struct fault_frame *frame, uint32_t exc_return);
 
-/* Collects what the program's last run left behind, and clears it there. Thread, once, early. */
+/* Reads the record of the last run, and clears it. Thread, once, early. */
 struct postmortem postmortem_collect(void);
 
 /*
- * Notes that the program is about to touch hardware that may not answer, or that it has done so. If a fault or the watchdog
- * ends it in between, the next run knows. Thread.
+ * Marks an access to hardware that may not respond: true before, false after it. If a fault or the watchdog ends the program in
+ * between, the next run reads `probe_failed`. Thread.
  */
 void postmortem_probe(bool under_way);
 
@@ -57,8 +57,8 @@ void postmortem_probe(bool under_way);
 void boot_core(void);
 
 /*
- * The gravest finding: what puts the fabric in doubt, what the device lacks, or how its last run ended, which `last` describes.
- * Reads a fabric register, the first axis's, and only if the clock is right; with two motors a second one, since the design may
+ * The gravest finding: why the fabric is not trusted, what the device lacks, or how its last run ended, described by `last`.
+ * Reads a fabric register of the first axis, and only if the clock is right; with two motors a second one, since the design may
  * have one axis only. Thread, once.
  */
 enum fault boot_check(const struct fabric *fabric, struct postmortem *last);

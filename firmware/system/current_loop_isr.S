@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop's interrupt for the encoder, written by hand. current_loop_step.h is the C reference; each
- * remark begins with its cycle count (docs/timing.md; for memory without wait cycles).
+ * The current loop's interrupt for the encoder, hand-written. current_loop_step.h is the C reference; each remark begins with
+ * its cycle count (docs/timing.md; for memory without wait states).
  *
- * No branch but the one that ends a sample with a fault; the same instructions whatever the data. Values stay in registers from
- * the ADC to the compares. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a
- * load none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
+ * The only branch is the one for a fault; otherwise the same instructions for any data. Values stay in registers from the ADC
+ * to the compares. Loads are grouped, since a load after a load takes one cycle instead of two, and a store after a load none.
+ * An IT block after a 16-bit instruction costs nothing, hence low registers for compared values.
  *
- * LOOP is the structure's address and 1: a store of it writes what ADC.STATUS is to be given, a 1 for EOC and a 0 for OVERRUN
- * and TRIP, without a register of its own (axis/axis.h).
+ * LOOP is the structure's address plus 1: storing it to ADC.STATUS acknowledges EOC (a 1) but not OVERRUN and TRIP (0), without
+ * another register (axis/axis.h).
  *
  * With two axes each has an entry of its own, and they share the body: some cycles more.
  */
@@ -248,7 +248,7 @@ BODY:                                                   @ 12  entry
         add     r7, r7, r0, asr #CONFIG_PLL_KI_SHIFT    @  1
         add     r4, r4, r0, asr #CONFIG_PLL_KP_SHIFT    @  1
         adds    r4, r4, r7                              @  1
-        ldr     r1, [FABRIC, #FABRIC_GATE_STATUS]       @  2  behind the acknowledge: the line has dropped (current_loop_step.h)
+        ldr     r1, [FABRIC, #FABRIC_GATE_STATUS]       @  2  after the acknowledge: the line has dropped (current_loop_step.h)
         str     r4, [LOOP, #LOOP_ANGLE - 1]             @  0
         str     r7, [LOOP, #LOOP_SPEED - 1]             @  1
 

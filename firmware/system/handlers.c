@@ -25,9 +25,9 @@ void handlers_bridges_off(void)
 }
 
 /*
- * The entry of every processor fault and of interrupts that nobody handles: bridges off before anything else, then the record,
- * then a reset, because nothing that ran can be trusted any more. Only while start-up does not trust the fabric is a bridge
- * left as the reset made it, which is off: a write to a fabric that does not answer would be the next fault.
+ * The entry of every processor fault and of interrupts without a handler: bridges off first, then the record, then a reset,
+ * because the program's state is unknown. While the fabric is not trusted a bridge is left as after reset, off: a write to a
+ * fabric that does not respond would be the next fault.
  */
 void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
 {
@@ -37,19 +37,19 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
 }
 
 /*
- * On M2S005 and M2S010 traffic on FIC_0 can put bits back. That of the fabric comes back after each warm start there and does
- * not matter where the design's reset ignores it, which the fabric's identity tells.
+ * On M2S005 and M2S010 traffic on FIC_0 can set reset bits again. The fabric's is set after each warm start there, and does not
+ * matter if the design's reset ignores it, which reading the fabric's identity shows.
  */
-static bool block_is_lost(void)
+static bool block_is_in_reset(void)
 {
     const uint32_t held = sysreg_held(BOOT_BLOCKS);
-    const uint32_t n =
-        AXIS_COUNT > 1u && axis_fabric_is_untrusted(&axes[0]) ? AXIS_COUNT - 1u : 0u; /* whom the fabric answers */
+    const uint32_t n = AXIS_COUNT > 1u && axis_fabric_is_untrusted(&axes[0]) ? AXIS_COUNT - 1u
+                                                                             : 0u; /* an axis that is in the fabric */
     return held == SYSREG_RESET_FABRIC ? !axis_fabric_is_untrusted(&axes[n]) && !gate_id_ok(&FABRIC(n)->gate)
                                        : held != 0u;
 }
 
-/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */
+/* Polled, because the interrupts may not be wired, or may have been disabled by the event itself. */
 static void watch_device(void)
 {
     if (!sysreg_plls_locked()) {
@@ -60,15 +60,15 @@ static void watch_device(void)
     }
     sysreg_edac_interrupts();
     watchdog_switch_on();
-    if (block_is_lost()) {
+    if (block_is_in_reset()) {
         nvic_pend(BOARD_IRQ_PUT_BACK);
     }
 }
 
 /*
  * The current loop's interrupts: `step` says whether the sample has a fault. With one motor its addresses are constants of each
- * handler, and no branch is left but the one to a fault. Two motors share the code behind the entries, so that all of it has
- * room in the locked cache (linker/m2s010.ld): some cycles more, the same ones each time.
+ * handler, and the only branch is the one to a fault. With two motors the entries share their code, so that all of it fits into
+ * the locked cache (linker/m2s010.ld): some cycles more, always the same number.
  */
 #if AXIS_COUNT == 1u
 #define HANDLERS(name, step) \
@@ -106,7 +106,7 @@ HANDLERS(hall_ab, current_loop_step_hall(&a->loop, &a->hall, f))
 HANDLERS(weakening_ab, current_loop_step_weakening(&a->loop, f, false))
 HANDLERS(overmodulating_ab, current_loop_step_weakening(&a->loop, f, true))
 
-/* The encoder, the way a drive spends its life, is by hand: system/current_loop_isr.S. */
+/* The encoder's handler, the usual one, is hand-written: system/current_loop_isr.S. */
 #define HANDLERS_OF(irq, by_hand, suffix) \
     { \
         .vector = &startup_vectors[STARTUP_SYSTEM_VECTORS + (irq)], \
@@ -131,10 +131,10 @@ const struct loop_handlers handlers_of_axes[AXIS_COUNT] = {
 };
 
 /*
- * Two axes have every second interrupt each, half a millisecond apart: one behind the other, the second would begin when the
- * first is done, which is not the same time each millisecond, and would miss conversions or find too many.
+ * Two axes take alternate interrupts, half a millisecond apart: in the same one, the second would begin when the first is done,
+ * with jitter, and count conversions wrongly.
  */
-static struct axis *whose_turn(void)
+static struct axis *axis_of_tick(void)
 {
     struct axis *const last = &axes[AXIS_COUNT - 1u];
     return AXIS_COUNT > 1u && last->time_ms != axes[0].time_ms ? last : &axes[0]; /* each step counts a millisecond */
@@ -142,7 +142,7 @@ static struct axis *whose_turn(void)
 
 void Timer1_IRQHandler(void)
 {
-    struct axis *const a = whose_turn();
+    struct axis *const a = axis_of_tick();
     mss_timer1_acknowledge();
     if (a == &axes[0]) {
         watch_device();
@@ -153,7 +153,7 @@ void Timer1_IRQHandler(void)
     }
 }
 
-/* Whatever the interrupt's own block is for, this device has no use for it. */
+/* Raised by software: its own peripheral, I2C_1, is not used. */
 void I2C1_SMBus_IRQHandler(void)
 {
     if (FEATURE_IN(SCOPE)) {
@@ -195,7 +195,7 @@ void handlers_watch_device(void)
     nvic_enable(MSS_IRQ_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_FABRIC_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_ECC_ERROR);
-    if (!block_is_lost()) { /* or the design does not let go of it, and each life would end so */
+    if (!block_is_in_reset()) { /* else the design holds it, and each run would end here */
         nvic_enable(BOARD_IRQ_PUT_BACK);
     }
 }

@@ -14,18 +14,18 @@ extern struct axis axes[AXIS_COUNT];
 extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
 extern struct scope scope;                          /* the entries of two interrupts name it */
 
-/* A current loop's interrupt ends here when a sample has a fault. Only the interrupts call it. */
+/* Called by a current loop's interrupt when a sample has a fault. */
 void current_loop_fault(struct axis *axis);
 
-/* Shuts the gates of every axis whose fabric is trusted. Any context; for a processor fault, which must not rely on RAM. */
+/* Gates off for every axis whose fabric is trusted. Any context; for a processor fault: relies on no pointer in RAM. */
 void handlers_bridges_off(void);
 
 /* What current_loop_select() chooses from, for each axis. */
 extern const struct loop_handlers handlers_of_axes[AXIS_COUNT];
 
 /*
- * Lets a lost PLL lock or an uncorrectable memory error end the program. These interrupts have no handlers, so they enter as
- * faults do, at the current loop's priority. Thread, once.
+ * Enables the interrupts of a lost PLL lock and an uncorrectable memory error. They have no handlers, so they end the program
+ * like a processor fault, at the current loop's priority. Thread, once.
  */
 void handlers_watch_device(void);
 
@@ -36,10 +36,10 @@ void handlers_start_slow_loop(void);
 /* Readies the scope, at axis 0, before the slow loop starts. Thread, once. */
 void handlers_start_scope(void);
 
-/* The current loop's entry while a capture is under way: scoped_tick.S. */
+/* The current loop's entry during a capture: scoped_tick.S. */
 void scoped_tick(void);
 
-/* The current loops in C, of axis 0 and of axis 1. Of encoder_ab the assembly version takes the place, but with ripple. */
+/* The current loops in C, of axis 0 and axis 1. encoder_ab is used with ripple compensation, otherwise the assembly. */
 #define HANDLERS_DECLARED(name) \
     void handlers_##name(void); \
     void handlers_##name##_1(void);

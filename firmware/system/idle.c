@@ -10,8 +10,8 @@
 #include "lib/q15.h"
 
 /*
- * A refresh needs both sides alive: the thread, which is here, and the slow loop, whose time must have moved on. The slow loop
- * in turn watches the current loop, and the thread, by the time that is left for it here.
+ * A refresh requires the thread, which runs here, and the slow loop, whose clock must have advanced. The slow loop monitors the
+ * current loop, and the thread by the time of progress written here.
  */
 void idle_serve_watchdog(struct idle *i)
 {
@@ -26,16 +26,16 @@ void idle_serve_watchdog(struct idle *i)
     }
 }
 
-/* Takes note of clock and counts; whether any of them has moved. */
-static bool take_notice(struct idle *i)
+/* True if the clock or a counter has changed; updates the copies. */
+static bool has_news(struct idle *i)
 {
     const uint32_t now_ms = *i->time_ms;
     bool moved = now_ms != i->seen_ms;
     i->seen_ms = now_ms;
     for (uint32_t n = 0; n < IDLE_LINES; n++) {
-        const uint32_t heard = *i->heard[n];
-        moved = moved || heard != i->seen[n];
-        i->seen[n] = heard;
+        const uint32_t received = *i->received[n];
+        moved = moved || received != i->seen[n];
+        i->seen[n] = received;
     }
     return moved;
 }
@@ -43,7 +43,7 @@ static bool take_notice(struct idle *i)
 void idle(struct idle *i)
 {
     idle_serve_watchdog(i);
-    while (!take_notice(i)) {
+    while (!has_news(i)) {
         cpu_wait_for_interrupt();
     }
 }

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop's entry while a capture is under way (scope/scope.h): raises the sampler's interrupt, counts the tick, and
- * goes on to the handler as if nothing had been. The registers are those that the core has stacked. Cycles as in
- * system/current_loop_isr.S: 13.
+ * The current loop's entry during a capture (scope/scope.h): raises the sampler's interrupt, counts the tick, and jumps to the
+ * handler. Uses only registers that the core has stacked. Cycles as in system/current_loop_isr.S: 13.
  */
         .syntax unified
         .thumb

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rows import faults, refusals, texts
 
-FIRST, PAIRS, MOST_WAITING = 0x80, 128, 3
+FIRST, PAIRS, WAITING_MAX = 0x80, 128, 3
 APART = "\0@#$&"  # what ends a text, and what stands for a value: never inside a pair
 
 
@@ -19,7 +19,7 @@ def packed(text):
     pairs, waiting = [], Counter()  # how many second halves wait while the first ones are written
     for code in map(chr, range(FIRST, FIRST + PAIRS)):
         met = Counter(first + second for first, second in zip(text, text[1:]) if first not in APART and second not in APART and
-                      max(waiting[first] + 1, waiting[second]) <= MOST_WAITING)
+                      max(waiting[first] + 1, waiting[second]) <= WAITING_MAX)
         pair = max(sorted(met) or ["  "], key=met.get)
         text = text.replace(pair, code)
         waiting[code] = max(waiting[pair[0]] + 1, waiting[pair[1]])
@@ -49,7 +49,7 @@ def kinds(features):
 def header(tables):
     text, pairs = packed("".join(f"{one}\0" for table in tables.values() for one in table))
     assert "\\" not in text, "escapes are not read"
-    lines, rest = ["/* by firmware/tables/messages_packed.py */", f"#define MOST_WAITING {MOST_WAITING}u", "",
+    lines, rest = ["/* by firmware/tables/messages_packed.py */", f"#define WAITING_MAX {WAITING_MAX}u", "",
                    f'const char message_pairs[] = "{literal("".join(pairs))}";'], iter(text.split("\0"))
     for name, table in tables.items():
         lines += ["", f"#define {name.upper()} {len(table)}", f"static const char {name}[] ="]

@@ -27,7 +27,7 @@ static void store(const uint8_t *data, size_t count)
         memcpy(memory + w.page_offset - slots.offset_bytes, w.page, sizeof w.page);
         slot_next(&w);
     }
-    slot_head(&w);
+    slot_header(&w);
     memcpy(memory, w.page, sizeof w.page);
 }
 
@@ -94,7 +94,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t count)
     drive_load_at_boot(&axis, &slots, &k);
     see(k.state == NVM_LOADED ? "loaded" : k.state == NVM_REFUSED ? "refused" : "nothing");
     HOLDS(strnlen(k.about, 32) < 32 && strnlen(k.first_unknown, 32) < 32, "a name has an end");
-    HOLDS(k.view.state[0] == SLOT_WHOLE, "a whole slot is found beside one that is not");
+    HOLDS(k.view.state[0] == SLOT_VALID, "a whole slot is found beside one that is not");
     check_ranges();
     const uint32_t newest = k.view.newest, pages = (uint32_t)(left + ENVM_PAGE_BYTES - 1u) / ENVM_PAGE_BYTES;
     const bool fits =

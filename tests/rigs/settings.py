@@ -104,7 +104,7 @@ class Drive:
         ctypes.memmove(raw, content, len(content))
 
     def state(self, number):
-        return self.c.name("slot_state", self.c.slots_look(self.slots).state[number])
+        return self.c.name("slot_state", self.c.slots_check(self.slots).state[number])
 
 
 def text(characters):

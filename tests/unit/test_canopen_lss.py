@@ -157,7 +157,7 @@ def test_its_identity_is_that_of_the_dictionary(node):
 def test_only_in_configuration(node, command):
     before = node.everything(), bytes(node.canopen.lss)
     assert node.lss(command, 9) is None and (node.everything(), bytes(node.canopen.lss)) == before
-    assert not node.c.slots_look(node.slots).any
+    assert not node.c.slots_check(node.slots).any
 
 
 @pytest.mark.parametrize("length", range(8))
@@ -408,7 +408,7 @@ def test_what_a_save_refuses_is_named_and_changes_nothing(node, on):
     node.axis.params.i_max_ma = node.axis.params.i_max_ma if on else 14999
     before = node.everything()
     assert node.configure(STORE) == (255, ON if on else node.c.ERROR_I_MAX_BEYOND_TRIP) and node.everything() == before
-    assert not node.c.slots_look(node.slots).any
+    assert not node.c.slots_check(node.slots).any
 
 
 @pytest.mark.parametrize("name, value", [("can_node", 17), ("can_kbit", 250), ("can_recover", 1)])
@@ -418,7 +418,7 @@ def test_a_parameter_set_in_the_same_turn_takes_effect_first(node, name, value):
     node.configure(NODE_ID, 9)
     opened, setting = node.c.host_can_opened.value, struct.pack("<BHBI", 0x23, node.param(name), 0, value)
     sent = node.say((0x600 + NODE, setting), (COMMAND, bytes([STORE]).ljust(8, b"\0")))
-    assert dict(sent)[ANSWER][:3] == bytes([STORE, 255, node.c.ERROR_BUSY]) and not node.c.slots_look(node.slots).any
+    assert dict(sent)[ANSWER][:3] == bytes([STORE, 255, node.c.ERROR_BUSY]) and not node.c.slots_check(node.slots).any
     node.wait(1)
     assert getattr(node.axis.params, name) == value and node.c.host_can_opened.value == opened + 1
     assert node.canopen.node == (value if name == "can_node" else NODE)

@@ -325,7 +325,7 @@ def test_warnings_are_announced_once_each(operator, c):
     assert operator.type(b"") == "\r\nwarning: voltage limit\r\n> \r\nwarning: limit cycle\r\n> "
     c.fault_warn(operator.axis, c.FAULT_STALL)
     assert operator.type(b"") == "\r\nwarning: stall\r\n> "
-    c.fault_forget_warnings(operator.axis.reports)
+    c.fault_clear_warnings(operator.axis.reports)
     assert operator.type(b"") == ""
     c.fault_warn(operator.axis, c.FAULT_VOLTAGE_LIMIT)
     assert operator.type(b"") == "\r\nwarning: voltage limit\r\n> "

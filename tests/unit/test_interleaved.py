@@ -100,7 +100,7 @@ def test_a_fault_latched_before_is_respected_until_it_is_cleared(c):
         c.fault_raise(w.axis, c.FAULT_STALL)
         run()
         assert w.fabric.gate.CONTROL == 0, place.__name__
-        c.fault_forget(w.axis)
+        c.fault_clear(w.axis)
         run()
         assert w.fabric.gate.CONTROL == 1 or "pulse" in place.__name__
 
@@ -109,7 +109,7 @@ def test_a_fault_that_comes_while_another_is_cleared_stays_and_locks_out(c):
     w = World(c)
     for at in range(1, 40):
         c.fault_raise(w.axis, c.FAULT_UNDERVOLTAGE)
-        came = interrupted(c, lambda: c.fault_forget(w.axis), lambda: c.fault_raise(w.axis, c.FAULT_ECC), at)
+        came = interrupted(c, lambda: c.fault_clear(w.axis), lambda: c.fault_raise(w.axis, c.FAULT_ECC), at)
         assert bool(w.axis.faults.cause) == bool(w.axis.loop.locked_out), f"block {at}"
         if not came:
             break

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rows import faults, refusals
-from messages_packed import APART, FIRST, MOST_WAITING, kinds, literal, packed
+from messages_packed import APART, FIRST, WAITING_MAX, kinds, literal, packed
 from rigs.firmware import ROOT
 
 COUNTS = ("ERROR_COUNT", "FAULT_COUNT", "AXIS_MODES")
@@ -56,7 +56,7 @@ def written(pairs, text):
                 yield one
             else:
                 waiting += reversed(pairs[ord(one) - FIRST])
-                assert len(waiting) - 1 <= MOST_WAITING
+                assert len(waiting) - 1 <= WAITING_MAX
 
 
 @pytest.mark.parametrize("text", ("\0".join(kinds(("HALL",))["error_texts"]), "a" * 1000, "ab" * 500 + "@#$&" * 40,

@@ -159,7 +159,7 @@ def test_store_and_restore_are_save_and_defaults(line, c):
     initial = line.axis.params.ramp_rpm_s
     assert line.ask(write(line.param("ramp_rpm_s"), long(1234)))[0] == 16
     assert line.ask(write(0x00C0, long(0x65766173)))[0] == 16
-    assert c.slots_look(line.slots).any, "it stands in the array"
+    assert c.slots_check(line.slots).any, "it stands in the array"
     assert line.ask(write(0x00C2, long(0x64616F6C)))[0] == 16 and line.axis.params.ramp_rpm_s == initial
     assert c.drive_load(line.axis, line.slots, c.nvm_report()).error == c.ERROR_NONE and line.axis.params.ramp_rpm_s == 1234
 

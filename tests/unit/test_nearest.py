@@ -9,7 +9,7 @@ from rigs.console import Operator
 from rows import param_rows
 
 NAMES = list(param_rows())
-EDITS_MOST = 3
+EDITS_MAX = 3
 
 
 def edits(word, name):
@@ -25,7 +25,7 @@ def meant(word):
     """The first of the nearest; whoever begins with the word is one edit away."""
     far = [1 if name.startswith(word) else edits(word.lower(), name) for name in NAMES]
     closest = min(far)
-    allowed = closest <= max(1, min(len(word) // 3, EDITS_MOST))
+    allowed = closest <= max(1, min(len(word) // 3, EDITS_MAX))
     return NAMES[far.index(closest)] if allowed and len(word) > 1 else None
 
 

@@ -20,11 +20,11 @@ def said(c):
     c.host_said_bytes.value = 0
 
 
-def view(c, states=("WHOLE", "EMPTY"), numbers=(7, 0), newest=0):
+def view(c, states=("VALID", "EMPTY"), numbers=(7, 0), newest=0):
     one = c.slots_view()
     for slot in (0, 1):
         one.state[slot], one.number[slot] = getattr(c, f"SLOT_{states[slot]}"), numbers[slot]
-    one.any, one.newest = "WHOLE" in states, newest
+    one.any, one.newest = "VALID" in states, newest
     return one
 
 
@@ -45,9 +45,9 @@ def test_nvm_text_saved(c, said, slot, number, line):
 
 
 @pytest.mark.parametrize("states, slots, behind", [
-    (("EMPTY", "EMPTY"), "", ""), (("WHOLE", "EMPTY"), "", ""), (("DAMAGED", "EMPTY"), "A", ""),
-    (("DAMAGED", "DAMAGED"), "AB", ""), (("WHOLE", "DAMAGED"), "B", "; these may be the settings before it"),
-    (("DAMAGED", "WHOLE"), "A", "; these may be the settings before it")])
+    (("EMPTY", "EMPTY"), "", ""), (("VALID", "EMPTY"), "", ""), (("DAMAGED", "EMPTY"), "A", ""),
+    (("DAMAGED", "DAMAGED"), "AB", ""), (("VALID", "DAMAGED"), "B", "; these may be the settings before it"),
+    (("DAMAGED", "VALID"), "A", "; these may be the settings before it")])
 def test_nvm_text_damage(c, said, states, slots, behind):
     assert said(c.store_print_damage, view(c, states)) == [
         f"warning: slot {slot} is damaged, or its save was cut short{behind}" for slot in slots]
@@ -58,10 +58,10 @@ def test_nvm_text_of_nothing_and_of_all(c, said):
     kept.view, kept.state = view(c, ("EMPTY", "EMPTY")), c.NVM_NOTHING
     kept.missing = kept.unknown = 3
     assert said(c.store_print_loaded, kept) == ["settings: none stored, initial values"]
-    kept.view, kept.state = view(c, ("EMPTY", "WHOLE"), (0, 4000000000), 1), c.NVM_LOADED
+    kept.view, kept.state = view(c, ("EMPTY", "VALID"), (0, 4000000000), 1), c.NVM_LOADED
     kept.missing = kept.unknown = 0
     assert said(c.store_print_loaded, kept) == ["settings: slot B, save 4000000000, loaded"]
-    kept.view = view(c, ("DAMAGED", "WHOLE"), (0, 8), 1)
+    kept.view = view(c, ("DAMAGED", "VALID"), (0, 8), 1)
     assert said(c.store_print_loaded, kept) == [
         "settings: slot B, save 8, loaded",
         "warning: slot A is damaged, or its save was cut short; these may be the settings before it"]

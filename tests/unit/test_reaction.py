@@ -225,6 +225,6 @@ def test_more_reports_than_a_step_has_room_for_switch_off(world, c):
 def test_each_warning_is_in_the_status_word(world, c, cause):
     w = world()
     c.fault_warn(w.axis, getattr(c, f"FAULT_{cause}"))
-    assert c.fault_warns(w.axis.reports)
-    c.fault_forget_warnings(w.axis.reports)
-    assert not c.fault_warns(w.axis.reports)
+    assert c.fault_any_warned(w.axis.reports)
+    c.fault_clear_warnings(w.axis.reports)
+    assert not c.fault_any_warned(w.axis.reports)

@@ -47,7 +47,7 @@ def test_scope_text_of_a_capture(c, scoped, cause):
         return scoped("scope")[2]
     scoped.choose("speed", "time")
     scoped("scope before 0"), scoped("scope trigger speed above 10"), scoped("scope arm")
-    scoped.scope.torn, scoped.scope.late = 3, 4
+    scoped.scope.dropped, scoped.scope.late = 3, 4
     assert state() == "capture: waits for its trigger, dropped: 3, late: 4"
     if cause == "by command":
         scoped("scope fire")
@@ -72,7 +72,7 @@ def test_scope_text_of_a_record(c, scoped):
     scoped.tick(30)
     scoped("scope fire")
     scoped.tick(3 * 2048)
-    scoped.scope.torn, scoped.scope.late = 1, 2
+    scoped.scope.dropped, scoped.scope.late = 1, 2
     scoped.c.host_watchdog_served.value = 0
     lines = scoped("scope read")
     assert lines[:3] == ["samples: 2048, trigger: 5, every: 3, a millisecond has: 40, dropped: 1, late: 2", "sequence speed",
@@ -87,7 +87,7 @@ def test_scope_text_of_what_a_fault_left(c, scoped):
     scoped("scope every 3")
     for _ in range(SLOTS):
         c.scope_step(scoped.scope)
-    scoped.axis.faults.cause, scoped.scope.torn, scoped.scope.late = c.FAULT_STALL, 1, 2
+    scoped.axis.faults.cause, scoped.scope.dropped, scoped.scope.late = c.FAULT_STALL, 1, 2
     c.scope_step(scoped.scope)
     scoped.type(b"")
     lines = scoped("scope fault")

@@ -42,7 +42,7 @@ def test_a_full_set_leaves_a_quarter_of_the_slot(drive, c):
     learn(drive, harmonics=8)
     assert drive.save() == "NONE"
     assert parse(bytes(drive.raw(0)))[1].keys() >= {(INDEX, "index"), (COGGING, "cogging")}
-    assert c.slots_look(drive.slots).records_bytes[0] + PAGE <= 0.75 * SLOT_BYTES
+    assert c.slots_check(drive.slots).records_bytes[0] + PAGE <= 0.75 * SLOT_BYTES
 
 
 # ---- there and back --------------------------------------------------------------------------------------------------

@@ -20,8 +20,8 @@ def test_each_bit_that_flips_is_noticed(drive):
     drive.set(**OLD)
     assert drive.save() == "NONE"
     raw = drive.raw(0)
-    used = PAGE + drive.c.slots_look(drive.slots).records_bytes[0]
-    look = drive.c.slots_look
+    used = PAGE + drive.c.slots_check(drive.slots).records_bytes[0]
+    look = drive.c.slots_check
     for byte in range(used):
         for bit in range(8):
             raw[byte] ^= 1 << bit
@@ -146,7 +146,7 @@ def test_the_controller_is_left_as_it_was_found(drive):
     assert drive.bench.envm_cr == 0x1040 and not drive.bench.envm.granted
     assert drive.bench.open == 0, "no interrupt may come while a command is under way"
     assert drive.c.host_primask.value == 0
-    assert drive.bench.programs == drive.bench.envm.programmed == 1 + drive.c.slots_look(drive.slots).records_bytes[0] // PAGE
+    assert drive.bench.programs == drive.bench.envm.programmed == 1 + drive.c.slots_check(drive.slots).records_bytes[0] // PAGE
     assert drive.bench.refreshes == drive.bench.programs and drive.bench.late_ms < 15
 
 

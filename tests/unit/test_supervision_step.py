@@ -11,7 +11,7 @@ FOREIGN = -12345
 def motor(c):
     def running(rpm=3000, i_a=4.0):
         m = Motor(c, rpm, i_a).step(600)
-        c.fault_forget_warnings(m.axis.reports)
+        c.fault_clear_warnings(m.axis.reports)
         m.axis.command_ms = m.axis.time_ms
         assert m.fault == "NONE"
         return m

@@ -110,7 +110,7 @@ def test_a_cache_that_holds_other_words_is_off(device, system, word):
 def test_a_first_life(device, system):
     system.boot_core()
     found, last = device.boot()
-    assert found == "NONE" and not last.valid and not last.probe_died
+    assert found == "NONE" and not last.valid and not last.probe_failed
 
 
 @pytest.mark.parametrize("cause, exception, found", [
@@ -156,9 +156,9 @@ def test_a_fabric_that_ended_the_last_life_is_left_alone(device, system):
     assert device.boot()[0] == "NONE", "it is forgotten"
     system.postmortem_probe(True)
     system.postmortem_probe(False)
-    assert not system.postmortem_collect().probe_died
+    assert not system.postmortem_collect().probe_failed
     device.boot()
-    assert not system.postmortem_collect().probe_died, "the fabric answered"
+    assert not system.postmortem_collect().probe_failed, "the fabric answered"
 
 
 # ---- what is left after a fault --------------------------------------------------------------------------------------
@@ -178,7 +178,7 @@ def keep(device, frame=True):
 def test_the_record_has_everything(device, system):
     keep(device)
     last = system.postmortem_collect()
-    assert last.valid and last.frame_valid and not last.probe_died
+    assert last.valid and last.frame_valid and not last.probe_failed
     assert (last.exception, last.exc_return) == (5, 0xFFFFFFF1)
     assert (last.cfsr, last.hfsr, last.mmfar, last.bfar, last.edac) == (0xA1, 0xB2, 0xC3, 0xD4, 0x15)
     assert [getattr(last.frame, name) for name in NAMES] == [0x01010101 * (n + 1) for n in range(8)]
@@ -231,7 +231,7 @@ def resting(system):
     clock, heard = ctypes.c_uint32(1), [ctypes.c_uint32(n) for n in (0, 7, 9)]
     idle, _ = awake(system, clock)
     for n, count in enumerate(heard):
-        idle.heard[n] = ctypes.pointer(count)
+        idle.received[n] = ctypes.pointer(count)
     system._library.idle(ctypes.byref(idle))
     system.host_sleeps.value = 0
     return idle, clock, heard

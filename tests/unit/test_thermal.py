@@ -132,7 +132,7 @@ def test_the_warning_stands_as_long_as_the_sensor_fails_whether_on_or_off(c):
         for _ in range(3000):
             c.drive_step(axis)
         assert c.fault_warned(axis.reports, c.FAULT_TEMPERATURE_SENSOR) == warned
-        c.fault_forget_warnings(axis.reports)
+        c.fault_clear_warnings(axis.reports)
         for _ in range(100):
             c.drive_step(axis)
         assert c.fault_warned(axis.reports, c.FAULT_TEMPERATURE_SENSOR) == warned

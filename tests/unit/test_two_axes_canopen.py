@@ -165,7 +165,7 @@ def test_none_is_while_one_is_on(pair, on, sub):
     with aborted(0x08000022):
         pair.write(sub, 1, {0x1010: SAVE, 0x1011: LOAD}[sub], 4)
     assert [axis.params.ramp_rpm_s for axis in pair.axes] == [1234] * 2
-    assert not any(pair.c.slots_look(slots).any for slots in pair.slots)
+    assert not any(pair.c.slots_check(slots).any for slots in pair.slots)
 
 
 # ---- process data ----

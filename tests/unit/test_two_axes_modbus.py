@@ -154,7 +154,7 @@ def test_each_stores_for_itself(pair, axis):
     c = pair.c
     pair.axes[axis].params.ramp_rpm_s = 1234
     assert pair.ask(write(0xC0, long(SAVE), US + axis))[0] == 16
-    assert [c.slots_look(slots).any for slots in pair.slots] == [n == axis for n in range(2)]
+    assert [c.slots_check(slots).any for slots in pair.slots] == [n == axis for n in range(2)]
     pair.ask(write(0xC2, long(0x64616F6C), US + axis))
     assert pair.axes[axis].params.ramp_rpm_s == PARAMS["ramp_rpm_s"][2]
     assert c.drive_load(pair.axes[axis], pair.slots[axis], c.nvm_report()).error == c.ERROR_NONE

@@ -28,14 +28,14 @@ def test_every_signal_has_a_name_and_a_text_of_its_own(c):
         assert c.signal_find(name.encode(), len(name) - 1) == len(names) or name[:-1] in names
 
 
-@given(raw=INT32, milli=INT32, form=st.integers(0, 9), i_range=st.integers(100, 2000000), turned=st.booleans(),
+@given(raw=INT32, milli=INT32, form=st.integers(0, 9), i_range=st.integers(100, 2000000), directed=st.booleans(),
        direction=st.integers(0, 1))
-def test_units_against_exact_arithmetic(c, raw, milli, form, i_range, turned, direction):
+def test_units_against_exact_arithmetic(c, raw, milli, form, i_range, directed, direction):
     axis = c.axis()
     axis.params.i_range_ma, axis.params.v_range_mv, axis.loop.loops_per_slow = i_range, i_range, 20
     axis.params.direction = direction
-    sign = -1 if turned and direction else 1
-    scale = c.signal_scale(c.signal_info(format=form, turned=turned), axis)
+    sign = -1 if directed and direction else 1
+    scale = c.signal_scale(c.signal_info(format=form, directed=directed), axis)
 
     def nearest(top, by):
         top, by = (top, by) if by > 0 else (-top, -by)
@@ -43,7 +43,7 @@ def test_units_against_exact_arithmetic(c, raw, milli, form, i_range, turned, di
     assert c.signal_milli(scale, raw) == nearest(raw * scale.milli, scale.per)
     assert c.signal_raw(scale, milli) == nearest(milli * scale.per, scale.milli)
     expected = {c.SIGNAL_CURRENT: (i_range, 2**15), c.SIGNAL_VOLTAGE: (i_range, 2**15), c.SIGNAL_ANGLE: (360000, 2**32),
-                c.SIGNAL_TURNING: (20000 * 1000, 2**32), c.SIGNAL_RPM_Q4: (1000, 16), c.SIGNAL_RPM_Q16: (1000, 65536)}
+                c.SIGNAL_FREQUENCY: (20000 * 1000, 2**32), c.SIGNAL_RPM_Q4: (1000, 16), c.SIGNAL_RPM_Q16: (1000, 65536)}
     if form in expected:
         milli_per_step, steps = expected[form]
         assert scale.milli * steps == sign * milli_per_step * scale.per
@@ -63,7 +63,7 @@ def test_a_sum_of_two_words_wraps(scoped):
 def frame_of(c, number, values):
     to = (ctypes.c_uint8 * 64)(*[0xEE] * 64)
     length = c.frame_sample(to, number, (ctypes.c_int32 * 8)(*values), len(values))
-    assert length <= 49 and set(to[49:]) == {0xEE}, "FRAME_BYTES_MOST holds"
+    assert length <= 49 and set(to[49:]) == {0xEE}, "FRAME_BYTES_MAX holds"
     return bytes(to[:length])
 
 
@@ -88,7 +88,7 @@ def test_a_wrong_bit_is_noticed(c, values, at, data):
     assert decoded(bytes(frame)) is None
 
 
-# ---- captures: the vector, the divider, what is torn ----
+# ---- captures: the vector, the divider, what is dropped ----
 
 def test_the_entry_is_in_the_vector_while_a_capture_is_under_way(scoped):
     assert scoped.vector.value == LOOP
@@ -125,7 +125,7 @@ def test_a_sample_that_a_tick_came_into_is_dropped(scoped):
     scoped.tick()
     assert scoped.scope.capture.filled == 1
     Tearing(scoped).sample()
-    assert (scoped.scope.capture.filled, scoped.scope.torn) == (1, 1)
+    assert (scoped.scope.capture.filled, scoped.scope.dropped) == (1, 1)
     scoped.c.scope_sample(scoped.scope)  # the entry has raised it again
     assert (scoped.scope.capture.filled, scoped.scope.late) == (2, 1), "and the record says that one is missing"
 
@@ -133,10 +133,10 @@ def test_a_sample_that_a_tick_came_into_is_dropped(scoped):
 def test_a_record_begins_with_nothing_dropped_and_nothing_late(c, scoped):
     """What the capture before has counted is forgotten with it; its due tick, its memory and its rate are the new one's."""
     scope = scoped.scope
-    scope.torn, scope.late, scope.rate_of, scope.entry.ticks, scope.due = 3, 4, 5, 1000, 7
+    scope.dropped, scope.late, scope.rate_of, scope.entry.ticks, scope.due = 3, 4, 5, 1000, 7
     scoped.axis.loop.loops_per_slow = 20
     assert scoped("scope arm") == ["ok"]
-    assert (scope.torn, scope.late, scope.rate_of, scope.due) == (0, 0, 20, 1001)
+    assert (scope.dropped, scope.late, scope.rate_of, scope.due) == (0, 0, 20, 1001)
     assert (scope.capture.words, scope.capture.samples, scope.capture.filled) == (8, 512, 0)
 
 
@@ -192,7 +192,7 @@ def test_samples_by_their_number(c, what, number):
     begun = [0, 0]
     for one in what:
         if one == "c":
-            c.recorder_begin(recorder)
+            c.recorder_restart(recorder)
             begun[1] = recorder.count
             continue
         word.value = 1000 + recorder.count

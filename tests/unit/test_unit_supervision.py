@@ -412,7 +412,7 @@ def test_gains_that_are_reduced_stay_so_across_a_hand_over_and_so_does_their_cou
     c.supervision_begin_again(m.axis)
     assert m.until_fault(130, swing(8, 20, 5.0)) and m.fault == "LIMIT_CYCLE"
     assert m.axis.tuning.speed_kp_q16 == kp and m.axis.reactions.gain_reductions == 5
-    c.fault_forget(m.axis)
+    c.fault_clear(m.axis)
     c.tuning_compute(m.axis.params, m.axis.switching.tuning)
     m.axis.state, m.axis.request = c.AXIS_SWITCH_ON_DISABLED, c.AXIS_REQUEST_ON
     c.states_step(m.axis)
