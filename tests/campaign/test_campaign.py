@@ -5,11 +5,13 @@ import io
 import json
 import math
 import re
+from unittest.mock import MagicMock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from launcher import campaign_plot
 from launcher.campaign import Case, parse_case, plan, play, run_case
 from launcher.campaign_report import report
 from launcher.campaign_table import as_csv, as_markdown, badness, load_expected, reasons, rows, surprises
@@ -84,6 +86,22 @@ def test_the_table_names_the_worst_case_and_what_repeats_it():
     assert line["repeat"] == "make run MOTOR=m SCENARIO=s SEED=1" and line["worst"] == "12"
     page = as_markdown(outcomes, {})
     assert "**1**/3" in page and "NOT EXPECTED" in page and "dip: 12" in page
+
+
+def test_the_picture_has_a_dot_a_run_and_each_motors_limits_across_its_own():
+    case = {(motor, seed): Case(motor, scenario, seed) for motor, scenario, seed in (
+        ("m", "s", 1), ("m", "s", 2), ("n", "s", 3), ("n", "other", 4))}
+    outcomes = dict(zip(case.values(), (
+        outcome(figure(3.0, "dip", min=1.0, max=10.0)), outcome(figure(12.0, "dip", min=1.0, max=10.0)),
+        outcome(figure(4, "dip", max=8.0), figure("NONE", "fault", equal="NONE")), outcome(figure(9.0, "dip")))))
+    panels, axis = campaign_plot._panels("s", outcomes), MagicMock()  # pylint: disable=protected-access
+    assert list(panels) == [("dip", "")] and [motor for motor, _ in panels["dip", ""]] == ["m", "m", "n"]
+    campaign_plot._panel(axis, "dip", panels["dip", ""], ["m", "n"])  # pylint: disable=protected-access
+    dots = [(*call.args, call.kwargs["color"]) for call in axis.scatter.call_args_list]
+    assert dots == [([-0.125, 0.125], [3.0, 12.0], [campaign_plot.BLUE, campaign_plot.RED]), ([1.0], [4], [campaign_plot.BLUE])]
+    assert [call.args for call in axis.plot.call_args_list] == [
+        ([-0.4, 0.4], [1.0, 1.0]), ([-0.4, 0.4], [10.0, 10.0]), ([0.6, 1.4], [8.0, 8.0])]
+    assert list(axis.set_xticks.call_args.args[0]) == [0, 1] and axis.set_xticks.call_args.args[1] == ["m", "n"]
 
 
 def test_no_failure_and_no_success_is_a_surprise_without_being_said():

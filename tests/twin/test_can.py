@@ -139,6 +139,25 @@ def test_receiving(controller):
     assert c.can_read(controller, 8) == 0, "29 bits do not pass the filter"
 
 
+@pytest.mark.parametrize("change, taken", [
+    ({}, True), ({"id": 0x122}, False), ({"id": 0x323}, False), ({"remote": True}, False),
+    ({"id": 0x123 << 18, "extended": True}, False),
+    ({"data": (0x12, 0x34)}, True), ({"data": (0x12, 0x35, 3)}, False), ({"data": (0x13, 0x34, 3)}, False),
+    ({"data": (0x12,)}, False), ({"data": ()}, False)])
+@pytest.mark.parametrize("whatever", [None, "id", "remote", "extended", "data"])
+def test_what_a_mailbox_takes(controller, change, taken, whatever):
+    """Its code has an identifier and the first two bytes; a bit of the mask says that it does not matter."""
+    f = {"id": 0x123, "data": (0x12, 0x34, 3), "extended": False, "remote": False, **change}
+    masks = {"id": 0x7FF << 21, "extended": 4, "remote": 2}
+    for at, value in ((0x230, 1 | 0x3FFFF << 3 | masks.get(whatever, 0)), (0x234, 0x123 << 21),
+                      (0x238, 0xFFFF if whatever == "data" or f["remote"] else 0), (0x23C, 0x1234)):
+        c.can_write(controller, at, value)
+    one = frame(f["id"], f["data"])
+    one.extended, one.remote = f["extended"], f["remote"]
+    c.can_received(controller, one)
+    assert (c.can_read(controller, 8) == 1) == (taken or whatever == next(iter(reversed(change)), ""))
+
+
 def test_sending_and_errors(controller):
     f = c.can_frame()
     c.can_write(controller, 0x24, 0x321 << 21)
