@@ -10,7 +10,7 @@ from mssfoc.answers import Answers
 from mssfoc.bus import BusDrive
 from mssfoc.drive import Drive
 from mssfoc.registers import Registers
-from mssfoc.texts import Parameter, accepted, capture, parameters
+from mssfoc.texts import Parameter, Signal, accepted, capture, parameters, signals
 from mssfoc.watch import Watch
 from mssfoc.watch import NAME as TIMEOUT
 
@@ -228,6 +228,13 @@ def test_an_answer_without_a_capture_is_refused(answer):
         capture(accepted(answer))
     assert parameters(["ok", "a = 1 mA  (0...5)", "b = -1  (-2...5)"]) == {
         "a": Parameter("a", 1, "mA", 0, 5), "b": Parameter("b", -1, "", -2, 5)}
+
+
+def test_a_signals_step_is_thousandths_of_milli():
+    found = signals(["i_q A 23571/32768: current across the field", "speed %_of_bus -1000/16: no speed", "ok"])
+    assert found == {"i_q": Signal("A", 23.571 / 32768, "current across the field"), "speed": Signal("% of bus", -1 / 16, "no speed")}
+    with pytest.raises(Refused, match="has no scope"):
+        signals(["ok"])
 
 
 class Line:
