@@ -5,13 +5,14 @@ import io
 import json
 import math
 import re
+from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from launcher import campaign_plot
+from launcher import campaign, campaign_plot
 from launcher.campaign import Case, parse_case, plan, play, run_case
 from launcher.campaign_report import report
 from launcher.campaign_table import as_csv, as_markdown, badness, load_expected, reasons, rows, surprises
@@ -157,6 +158,26 @@ def test_a_run_that_cannot_be_made_is_a_failure_with_its_reason(tmp_path):
     run_case(case, tmp_path, qemu="no-such-qemu")
     kept = json.loads(case.file(tmp_path).read_text())
     assert not kept["passed"] and "no-such-qemu" in kept["error"]
+
+
+def test_what_gnu_parallel_is_told(tmp_path, monkeypatch):
+    """As many runs at a time as asked, else as many as processors; on other machines paths from the repository."""
+    told, cases = [], [Case("m", "s", 1), Case("n", "s", 2)]
+    monkeypatch.setattr(campaign.subprocess, "Popen",
+                        lambda command, **_: told.append(command) or SimpleNamespace(wait=lambda: 0))
+    monkeypatch.setattr(campaign.os, "isatty", lambda _: False)
+    campaign._run_parallel("parallel", cases, tmp_path, tmp_path / "b", None, None, None)  # pylint: disable=protected-access
+    campaign._run_parallel("parallel", cases, tmp_path, "b", "q", 3, None)  # pylint: disable=protected-access
+    head = ["parallel", "--will-cite", "--joblog", f"{tmp_path}/joblog", "-a", f"{tmp_path}/jobs.txt"]
+    worker = ["qemu/run.py", "case", "{}", "--cases", str(tmp_path), "--build"]
+    assert (tmp_path / "jobs.txt").read_text() == "m/s/1\nn/s/2\n"
+    assert told[0][:6] == head and told[0][7:] == [*worker, f"{tmp_path}/b"]
+    assert told[1][:8] == [*head, "-j", "3"] and told[1][9:] == [*worker, "b", "--qemu", "q"]
+    with pytest.raises(LauncherError, match="needs BUILD inside the repository"):
+        campaign._run_parallel("parallel", cases, tmp_path, tmp_path, None, None, "far")  # pylint: disable=protected-access
+    monkeypatch.setattr(campaign.subprocess, "Popen", lambda *_, **__: SimpleNamespace(wait=lambda: 101))
+    with pytest.raises(LauncherError, match="GNU parallel ended with status 101"):
+        campaign._run_parallel("parallel", cases, tmp_path, "b", None, None, None)  # pylint: disable=protected-access
 
 
 def test_a_campaign_goes_on_where_it_stopped():

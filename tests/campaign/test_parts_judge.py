@@ -373,6 +373,8 @@ def test_the_report_shows_outcomes_worst_cases_and_failures(tmp_path):
     assert report_part("start", outcomes, tmp_path, said.append) == 1
     assert 'FAIL make campaign CASE="start:b/free/5"' in "\n".join(said)
     page = as_markdown("start", outcomes)
-    assert page == (tmp_path / "start.md").read_text() and "| b | 1 | 1 | 1/2 |" in counts(outcomes)
+    assert page == (tmp_path / "start.md").read_text() and page.startswith("# PART=start: 4 runs, 1 failed\n")
+    assert page.endswith('Failures:\n\n- `make campaign CASE="start:b/free/5"`: misaligned: offset\n')
+    assert "| b | 1 | 1 | 1/2 |" in counts(outcomes)
     assert '| error | 7 | 1 | `make campaign CASE="start:b/free/0"` |' in worst_cases(outcomes)
     assert report_part("start", {}, tmp_path, said.append) == 1, "nothing run is nothing shown"

@@ -232,7 +232,8 @@ def test_an_answer_without_a_capture_is_refused(answer):
 
 def test_a_signals_step_is_thousandths_of_milli():
     found = signals(["i_q A 23571/32768: current across the field", "speed %_of_bus -1000/16: no speed", "ok"])
-    assert found == {"i_q": Signal("A", 23.571 / 32768, "current across the field"), "speed": Signal("% of bus", -1 / 16, "no speed")}
+    assert found == {"i_q": Signal("A", 23.571 / 32768, "current across the field"),
+                     "speed": Signal("% of bus", -1 / 16, "no speed")}
     with pytest.raises(Refused, match="has no scope"):
         signals(["ok"])
 

@@ -47,9 +47,9 @@ def of(config, path):
     ("irqpath 50 p q", {"irqpath_exception": 50, "irqpath_path": b"p q"}),
     ("design 0x48 0xFFFFFFFF\ndesign 8 2 3", {
         "design_count": 2, "design[0].offset": 0x48, "design[0].word": 2**32 - 1, "design[0].fixed": 0, "design[1].fixed": 3}),
-    ("dump 0x20000000 0x100000 p\ndump 4294967295 0 q", {
+    ("dump 0x20000000 0x100000 p\ndump 4294967295 \t 0  q r ", {
         "dump_count": 2, "dumps[0].address": 0x20000000, "dumps[0].bytes": 1 << 20, "dumps[0].path": b"p",
-        "dumps[1].address": 2**32 - 1, "dumps[1].bytes": 0}),
+        "dumps[1].address": 2**32 - 1, "dumps[1].bytes": 0, "dumps[1].path": b"q r "}),
     *((f"probe p 16 {sign}{8 * size} -2", {
         "axis[0].probes[0].name": b"p", "axis[0].probes[0].address": 16, "axis[0].probes[0].bytes": size,
         "axis[0].probes[0].is_signed": sign == "s", "axis[0].probes[0].scale": -2}) for sign in "su" for size in (1, 2, 4)),

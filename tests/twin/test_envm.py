@@ -88,6 +88,16 @@ def test_a_reserved_page_and_not_a_page_s_beginning(e, command):
     assert e.busy(), "the page below those reserved"
 
 
+def test_registers_below_the_data_are_no_data(e):
+    e.fill(0x1000)
+    for at in (0x40, 0x7C, 0x100):
+        e.write(at, 77)
+        assert e.read(at) == 77 and e.read(at ^ 4) == 0
+    e.write(CMD, PROGRAM)
+    c.envm_settle(e.e, 8 * MS)
+    assert e.page(0x1000)
+
+
 def test_locks(e):
     e.write(LOCK, 1)
     e.write(CMD, PROGRAM)

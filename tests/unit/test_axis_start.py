@@ -148,7 +148,7 @@ ORDERS = [order for order in itertools.permutations(range(3)) if order != (0, 1,
 
 
 def judged(starting, turned=0, **shown):
-    """What the test shows both times, the rotor so many counts away; a sign or an order that is wrong once is looked at again."""
+    """What the test shows both times, the rotor so many counts away; a wrong sign or order is looked at again."""
     w = starting(False)
     w.step(CALIBRATION_MS)
     w.fabric.encoder.LATCHED = turned
