@@ -87,6 +87,7 @@ def test_the_table_names_the_worst_case_and_what_repeats_it():
     assert line["repeat"] == "make run MOTOR=m SCENARIO=s SEED=1" and line["worst"] == "12"
     page = as_markdown(outcomes, {})
     assert "**1**/3" in page and "NOT EXPECTED" in page and "dip: 12" in page
+    assert "| scenario | figure | limit | failed | median | worst | repeat |" in page
 
 
 def test_the_picture_has_a_dot_a_run_and_each_motors_limits_across_its_own():

@@ -17,7 +17,8 @@ from tools.client import register_list
 from param_rows import param_rows
 
 COUNT = len(param_rows(ROOT))
-STATUS = "state: operation enabled\nspeed: 0 rpm\nmode: pp, position: 7\ncurrent: d 0.0 A, q 0.0 A\nbus: 24.0 V\n"
+STATUS = ("state: operation enabled\nspeed: -12.5 rpm, reference -13 rpm\nmode: pp, position: -7\n"
+          "current: d -0.5 A, q 1.2 A\nbus: 24.0 V\n")
 
 
 class Port:
@@ -75,6 +76,11 @@ def test_each_line_names_its_axis_where_there_are_two(console):
     assert not port.closed
     drive.close()
     assert port.closed and port.lines[-1] == "machine off"
+
+
+def test_status_of_the_console(console):
+    _, drive = console(1)
+    assert drive.status() == mssfoc.Status("operation enabled", -12.5, -13.0, -7, -0.5, 1.2, 24.0)
 
 
 def test_where_there_is_one_no_line_names_it(console):

@@ -3,6 +3,7 @@
 import threading
 from types import SimpleNamespace
 
+import mssfoc
 import pytest
 from mssfoc import Error, Refused, Silent, bus
 from mssfoc import drive as drive_of_all
@@ -131,6 +132,54 @@ def test_who_lives_is_heard():
     drive = Limited(1000).watched(Watch(1000))
     assert drive.fed.wait(60), "the thread speaks where the program does not"
     drive.close()
+    drive._watch._thread.join(60)
+    assert not drive._watch._thread.is_alive(), "and no longer than the line is open"
+
+
+@pytest.mark.parametrize("own_ms, each_s", [(0, 1.0), (4000, 0.5), (80, 0.02), (16000, 1.0)])
+def test_the_thread_speaks_eight_times_within_the_shorter_limit(own_ms, each_s):
+    """Not more often than fifty times a second."""
+    drive = Limited(own_ms).watched(Watch(8000))
+    assert drive._watch._each_s == each_s
+    drive.close()
+
+
+def test_settings_are_read_from_lines_of_the_console(tmp_path):
+    drive, path = Stubborn(), tmp_path / "settings"
+    drive.values |= {"can_node": 5}
+    path.write_text("# a machine\nset a 7  # rpm\n\nset can_node 9\nset c -3\n")
+    with pytest.raises(Refused, match="c is a whole number, 0...60000, not -3"):
+        drive.read_settings(path)
+    path.write_text("set a 7\nset can_node 9\nset b 60000\n")
+    drive.read_settings(path)
+    assert drive.values == {"a": 7, "b": 60000, "c": 3, "can_node": 5}
+    for text, said in (("set a 7\nset a 8\n", "line 2: a is set twice"), ("set a\n", "line 1: 'set a' is not of the form"),
+                       ("# nothing\n", "sets nothing")):
+        path.write_text(text)
+        with pytest.raises(Refused, match=said):
+            drive.read_settings(path)
+    for value in (60001, -1, 1.0, True, "5"):
+        with pytest.raises(Refused, match="a is a whole number, 0...60000"):
+            drive["a"] = value
+
+
+@pytest.mark.parametrize("place, options, told", [
+    ("modbus:/dev/x", {"address": 7}, ("modbus", ("/dev/x",), {"address": 7})), ("/dev/x", {}, ("console", ("/dev/x",), {})),
+    ("socket://h:1", {}, ("console", ("socket://h:1",), {})),
+    ("can:socketcan:can0", {"node": 5, "bitrate": 1}, ("can", ("socketcan", "can0", 5), {"bitrate": 1}))])
+def test_a_place_says_by_which_line(monkeypatch, place, options, told):
+    found = []
+    for name, kind in (("modbus", "ModbusLine"), ("can", "CanLine"), ("console", "ConsoleDrive")):
+        monkeypatch.setattr(f"mssfoc.{name}.{kind}",
+                            lambda *place, kind=name, **more: found.append((kind, place, more)) or Stubborn())
+    monkeypatch.setattr("mssfoc.bus.BusDrive", lambda line, _: line)
+    assert isinstance(mssfoc.connect(place, 0, **options), Stubborn) and found == [told]
+
+
+@pytest.mark.parametrize("place, options", [("can:socketcan", {"node": 5}), ("can:socketcan:can0", {}), ("can:", {"node": 1})])
+def test_on_can_a_channel_and_a_node_are_needed(place, options):
+    with pytest.raises(Refused, match="can:INTERFACE:CHANNEL, with node=1...127"):
+        mssfoc.connect(place, 0, **options)
 
 
 class Turning(Drive):
@@ -267,8 +316,14 @@ def test_what_is_no_list_or_no_drive_is_refused_and_the_line_closed(tmp_path):
     assert Registers(path).faults[42] == "following error"
     with pytest.raises(Refused, match=f"the drive has {COUNT - 1} parameters and the list {COUNT}: it is of another"):
         BusDrive(Line(0x00020192, COUNT - 1), path)
-    with pytest.raises(Refused, match=r"target_torque is a whole number, -32768...32767, not 40000"):
-        BusDrive(Line(0x00020192), path)._write("target_torque", 40000)  # pylint: disable=protected-access
+    for name, least, most in (("target_torque", -32768, 32767), ("control_word", 0, 65535),
+                              ("target_position", -2**31, 2**31 - 1)):
+        drive = BusDrive(Cia402(), path)
+        for value in (least - 1, most + 1, 0.5):
+            with pytest.raises(Refused, match=rf"{name} is a whole number, {least}\.\.\.{most}, not {value}"):
+                drive._write(name, value)  # pylint: disable=protected-access
+        drive._write(name, least), drive._write(name, most)  # pylint: disable=protected-access
+        assert drive._line.heard == [(name, least), (name, most)]  # pylint: disable=protected-access
 
 
 class Cia402(Line):

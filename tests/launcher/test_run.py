@@ -122,7 +122,7 @@ def test_command_line(build, fake_qemu, tmp_path):
     scenario.write_text(TOML.format(limit=3))
     answer = run(build, "run", "--picture", QEMU=fake_qemu(), SCENARIO=str(scenario), SEED="5")
     assert answer.returncode == 0, answer.stderr
-    assert "PASS" in answer.stdout and "all 2 limits hold" in answer.stdout
+    assert "PASS" in answer.stdout and "all 2 limits hold" in answer.stdout and "axis" not in answer.stdout.split("written")[0]
     report = json.loads((build / "run" / "report.json").read_text())
     assert report["passed"] and report["seed"] == 5 and report["figures"][0]["limits"] == {"max": 3.0}
     assert report["versions"]["qemu"].startswith("QEMU emulator") and "GNU C" in report["versions"]["compiler"]
@@ -249,6 +249,14 @@ def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path, capsys):
     assert _keep_pace(process, progress, "try\nthis\n") == 3
     assert capsys.readouterr().out == "\r\ntry\r\nthis\r\n> "
     assert time.monotonic() - start > 1.0 - 2 * LEAD_S  # and not how much later: that is the host's load
+
+
+def test_progress_is_told_once_a_quarter_where_nobody_looks():
+    stream = io.StringIO()
+    line = ProgressLine("run", stream)
+    for now_s in np.arange(0.1, 4.05, 0.1):
+        line(now_s, 4.0)
+    assert [float(text.split()[1]) for text in stream.getvalue().splitlines()] == pytest.approx([1.0, 2.0, 3.0, 4.0], abs=0.11)
 
 
 @pytest.mark.parametrize("live, said", [(False, "run: 1.20 of 1.00 s simulated\n"),

@@ -176,6 +176,17 @@ def test_sending_and_errors(controller):
     assert fails(c.CAN_BIT_ERROR, 16) >> 17 & 1 and c.can_offer(controller, f) < 0 and not c.can_recovers(controller)
 
 
+def test_errors_that_it_hears_make_it_passive(controller):
+    """From 128 on; of those there is no more than 255, and a frame that comes well takes one away."""
+    for n in range(1, 300):
+        c.can_heard_error(controller, c.CAN_BIT_ERROR)
+        assert c.can_passive(controller) == (n >= 128) and c.can_read(controller, 0x10) >> 8 & 0xFF == min(n, 255)
+    for n in range(128):
+        assert c.can_passive(controller)
+        c.can_received(controller, frame(0x123, (n,)))
+    assert not c.can_passive(controller)
+
+
 # ---- on a bus with other twins, QEMU played by vm.c ----
 
 BIT_NS, CONFIG_500 = 2000, 9 << 16 | 15 << 8 | 2 << 5  # ten clocks a quantum, twenty of these a bit
