@@ -30,7 +30,7 @@ def project(root):
     return Project(root, ("make", "-s", f"-j{len(os.sched_getaffinity(0))}"), ("unit", "twin", "plant", "registers"), IMAGE,
                    (*(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup", "lib")), "build/bringup/*.o"),
                    ("build/mssfoc.elf", "build/bringup.elf", "build/tests/target/*.elf"), cross + "objcopy",
-                   os.environ.get("CC_ARM") or cross + "gcc")
+                   os.environ.get("CC_ARM") or cross + "gcc", ("--first",))
 
 
 def options(argv):
