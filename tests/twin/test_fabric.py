@@ -112,7 +112,7 @@ def test_six_gates_and_no_more():
 
 @pytest.mark.parametrize("first", (0, 1))
 def test_an_input_of_safe_torque_off_asks_by_itself_and_both_should(first):
-    """Two flip-flops, then as many clocks as the filter has; apart from each other for longer than that is told, until both ask."""
+    """Two flip-flops, then as many clocks as the filter has; apart for longer than they may is told, until both ask."""
     s, clock = c.sto(longest=5, patience=20), 100
     (asks, apart) = (1, 2), 4
     c.sto_reset(s, clock)
