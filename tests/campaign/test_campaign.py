@@ -5,11 +5,14 @@ import io
 import json
 import math
 import re
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from launcher import campaign, campaign_plot
 from launcher.campaign import Case, parse_case, plan, play, run_case
 from launcher.campaign_report import report
 from launcher.campaign_table import as_csv, as_markdown, badness, load_expected, reasons, rows, surprises
@@ -84,6 +87,23 @@ def test_the_table_names_the_worst_case_and_what_repeats_it():
     assert line["repeat"] == "make run MOTOR=m SCENARIO=s SEED=1" and line["worst"] == "12"
     page = as_markdown(outcomes, {})
     assert "**1**/3" in page and "NOT EXPECTED" in page and "dip: 12" in page
+    assert "| scenario | figure | limit | failed | median | worst | repeat |" in page
+
+
+def test_the_picture_has_a_dot_a_run_and_each_motors_limits_across_its_own():
+    case = {(motor, seed): Case(motor, scenario, seed) for motor, scenario, seed in (
+        ("m", "s", 1), ("m", "s", 2), ("n", "s", 3), ("n", "other", 4))}
+    outcomes = dict(zip(case.values(), (
+        outcome(figure(3.0, "dip", min=1.0, max=10.0)), outcome(figure(12.0, "dip", min=1.0, max=10.0)),
+        outcome(figure(4, "dip", max=8.0), figure("NONE", "fault", equal="NONE")), outcome(figure(9.0, "dip")))))
+    panels, axis = campaign_plot._panels("s", outcomes), MagicMock()  # pylint: disable=protected-access
+    assert list(panels) == [("dip", "")] and [motor for motor, _ in panels["dip", ""]] == ["m", "m", "n"]
+    campaign_plot._panel(axis, "dip", panels["dip", ""], ["m", "n"])  # pylint: disable=protected-access
+    dots = [(*call.args, call.kwargs["color"]) for call in axis.scatter.call_args_list]
+    assert dots == [([-0.125, 0.125], [3.0, 12.0], [campaign_plot.BLUE, campaign_plot.RED]), ([1.0], [4], [campaign_plot.BLUE])]
+    assert [call.args for call in axis.plot.call_args_list] == [
+        ([-0.4, 0.4], [1.0, 1.0]), ([-0.4, 0.4], [10.0, 10.0]), ([0.6, 1.4], [8.0, 8.0])]
+    assert list(axis.set_xticks.call_args.args[0]) == [0, 1] and axis.set_xticks.call_args.args[1] == ["m", "n"]
 
 
 def test_no_failure_and_no_success_is_a_surprise_without_being_said():
@@ -139,6 +159,26 @@ def test_a_run_that_cannot_be_made_is_a_failure_with_its_reason(tmp_path):
     run_case(case, tmp_path, qemu="no-such-qemu")
     kept = json.loads(case.file(tmp_path).read_text())
     assert not kept["passed"] and "no-such-qemu" in kept["error"]
+
+
+def test_what_gnu_parallel_is_told(tmp_path, monkeypatch):
+    """As many runs at a time as asked, else as many as processors; on other machines paths from the repository."""
+    told, cases = [], [Case("m", "s", 1), Case("n", "s", 2)]
+    monkeypatch.setattr(campaign.subprocess, "Popen",
+                        lambda command, **_: told.append(command) or SimpleNamespace(wait=lambda: 0))
+    monkeypatch.setattr(campaign.os, "isatty", lambda _: False)
+    campaign._run_parallel("parallel", cases, tmp_path, tmp_path / "b", None, None, None)  # pylint: disable=protected-access
+    campaign._run_parallel("parallel", cases, tmp_path, "b", "q", 3, None)  # pylint: disable=protected-access
+    head = ["parallel", "--will-cite", "--joblog", f"{tmp_path}/joblog", "-a", f"{tmp_path}/jobs.txt"]
+    worker = ["qemu/run.py", "case", "{}", "--cases", str(tmp_path), "--build"]
+    assert (tmp_path / "jobs.txt").read_text() == "m/s/1\nn/s/2\n"
+    assert told[0][:6] == head and told[0][7:] == [*worker, f"{tmp_path}/b"]
+    assert told[1][:8] == [*head, "-j", "3"] and told[1][9:] == [*worker, "b", "--qemu", "q"]
+    with pytest.raises(LauncherError, match="needs BUILD inside the repository"):
+        campaign._run_parallel("parallel", cases, tmp_path, tmp_path, None, None, "far")  # pylint: disable=protected-access
+    monkeypatch.setattr(campaign.subprocess, "Popen", lambda *_, **__: SimpleNamespace(wait=lambda: 101))
+    with pytest.raises(LauncherError, match="GNU parallel ended with status 101"):
+        campaign._run_parallel("parallel", cases, tmp_path, "b", None, None, None)  # pylint: disable=protected-access
 
 
 def test_a_campaign_goes_on_where_it_stopped():

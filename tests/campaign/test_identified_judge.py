@@ -115,6 +115,16 @@ def test_the_summary_is_of_ratios():
     assert "| peak current, whole run | 0.900 | 1.000 | 2 |" in lines and len(lines) == 2 + len(part_identified.ALIKE)
 
 
+def test_the_summary_of_identify_is_of_errors_and_intervals():
+    lines = part_identify.summary([{"figures": figures} for figures in (
+        {"ld, %": -2.0, "ld, of its interval": -1.2, "dead time, ns": 4, "lq, of its interval": 0.1},
+        {"ld, %": 1.0, "ld, of its interval": 0.9, "dead time, ns": -7},
+        {"ld, %": 3.0, "ld, of its interval": 1, "flux in d there, %": 0.25})])
+    assert lines[0].startswith("| quantity |") and lines[2:] == [
+        "| dead time | 5.5 ns | 7 ns | 0 of 0 |", "| ld | 2 % | 3 % | 2 of 3 |",
+        "| flux in d there | 0.25 % | 0.25 % | 0 of 0 |"]
+
+
 # ---- the map's truth ----
 
 @pytest.mark.parametrize("motor", ("thor_pmsyrm", "baldor_ecs101m0h7ef4", "estun_emj04apb22"))

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Judgements of the campaign's parts, on traces that are made up: what is right passes, and each way to be wrong fails."""
+import json
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from campaign.made_up import DRIVE, MOTOR, OPERATION, POLE_PAIRS, READY, SWITCHED_ON, made_up
-from launcher import part_again, part_detune, part_saliency, part_start, part_stop, part_supervision, part_wiring
+from launcher import part_again, part_detune, part_saliency, part_start, part_stop, part_supervision, part_wiring, parts
 from launcher.campaign import file_name
 from launcher.errors import LauncherError
 from launcher.figures import Figure
@@ -352,6 +354,15 @@ def test_a_run_that_could_not_be_made_fails(tmp_path):
     assert not outcome["passed"] and "no wiring 'bogus'" in outcome["why"]
 
 
+def test_a_run_leaves_its_verdict_and_how_long_it_was(tmp_path, monkeypatch):
+    result, verdict = SimpleNamespace(trace={"t_s": np.array([0.0, 0.5, 2.5])}), start(offset_deg=2.9)
+    monkeypatch.setattr(parts, "play_part_case", lambda *_: (result, verdict))
+    outcome = run_part_case(PartCase("start", MOTOR, "free/90"), tmp_path)
+    assert outcome == {"part": "start", "motor": MOTOR, "what": "free/90", "outcome": "operation", "passed": True, "why": "",
+                       "figures": verdict.figures, "simulated_s": 2.5, "word": "works", "cause": "", "truth": ""}
+    assert json.loads(next(tmp_path.glob("*.json")).read_text()) == outcome
+
+
 def test_the_report_shows_outcomes_worst_cases_and_failures(tmp_path):
     cases = [PartCase("start", motor, f"free/{angle}") for motor in ("a", "b") for angle in (0, 5)]
     outcomes = {case: {"outcome": "operation", "passed": True, "why": "", "figures": {"error": -0.5 * n}}
@@ -362,6 +373,8 @@ def test_the_report_shows_outcomes_worst_cases_and_failures(tmp_path):
     assert report_part("start", outcomes, tmp_path, said.append) == 1
     assert 'FAIL make campaign CASE="start:b/free/5"' in "\n".join(said)
     page = as_markdown("start", outcomes)
-    assert page == (tmp_path / "start.md").read_text() and "| b | 1 | 1 | 1/2 |" in counts(outcomes)
+    assert page == (tmp_path / "start.md").read_text() and page.startswith("# PART=start: 4 runs, 1 failed\n")
+    assert page.endswith('Failures:\n\n- `make campaign CASE="start:b/free/5"`: misaligned: offset\n')
+    assert "| b | 1 | 1 | 1/2 |" in counts(outcomes)
     assert '| error | 7 | 1 | `make campaign CASE="start:b/free/0"` |' in worst_cases(outcomes)
     assert report_part("start", {}, tmp_path, said.append) == 1, "nothing run is nothing shown"

@@ -25,6 +25,11 @@ def stays_off(console="", **changes):
     return made
 
 
+@pytest.mark.parametrize("what", ("flying/-60", "start/90/free", "start/0/hoist20"))
+def test_the_drive_is_told_that_it_has_no_sensor(what):
+    assert part_sensorless.setup(what, DRIVE).arguments["overrides"]["params"]["angle_source"] == 1
+
+
 # ---- start -----------------------------------------------------------------------------------------------------------
 
 def start(allowed=(), driven=False, **changes):

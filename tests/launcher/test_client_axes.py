@@ -10,13 +10,15 @@ from mssfoc.bus import BusDrive
 from mssfoc.can import CanLine
 from mssfoc.drive import Drive
 from mssfoc.modbus import ModbusLine
+from mssfoc.registers import Registers
 
 from rigs.firmware import ROOT
 from tools.client import register_list
 from rows import param_rows
 
 COUNT = len(param_rows(ROOT))
-STATUS = "state: operation enabled\nspeed: 0 rpm\nmode: pp, position: 7\ncurrent: d 0.0 A, q 0.0 A\nbus: 24.0 V\n"
+STATUS = ("state: operation enabled\nspeed: -12.5 rpm, reference -13 rpm\nmode: pp, position: -7\n"
+          "current: d -0.5 A, q 1.2 A\nbus: 24.0 V\n")
 
 
 class Port:
@@ -43,6 +45,7 @@ class Port:
         return {"status": STATUS, "fault": "fault: none\n"}.get(words[0], "ok\n")
 
     def read(self, count):
+        assert count > 0, "who asks for nothing does not wait, and takes all of the processor"
         data, self.out = self.out[:count], self.out[count:]
         return data.encode()
 
@@ -73,6 +76,11 @@ def test_each_line_names_its_axis_where_there_are_two(console):
     assert not port.closed
     drive.close()
     assert port.closed and port.lines[-1] == "machine off"
+
+
+def test_status_of_the_console(console):
+    _, drive = console(1)
+    assert drive.status() == mssfoc.Status("operation enabled", -12.5, -13.0, -7, -0.5, 1.2, 24.0)
 
 
 def test_where_there_is_one_no_line_names_it(console):
@@ -258,3 +266,57 @@ def test_on_modbus_the_second_axis_has_the_next_address(sheet):
     line._slave.address = 247  # pylint: disable=protected-access
     with pytest.raises(Refused, match="behind address 247"):
         line.second()
+
+
+# ---- what goes over the wire ----
+
+VALUES = [*(("I16", "target_torque", value, wire)
+            for value, wire in ((-32768, b"\x80\x00"), (-1, b"\xff\xff"), (300, b"\x01\x2c"))),
+          ("U16", "status_word", 0x9234, b"\x92\x34"), ("I32", "target_position", -2, b"\xff\xff\xff\xfe"),
+          ("I32", "target_position", 0x12345678, b"\x12\x34\x56\x78"), ("I32", "target_position", -2**31, b"\x80\x00\x00\x00"),
+          ("U32", "store", 0xFEDCBA98, b"\xfe\xdc\xba\x98")]
+
+
+@pytest.mark.parametrize("kind, name, value, wire", VALUES)
+def test_values_of_each_type_on_both_buses(sheet, kind, name, value, wire):
+    """By Modbus the high word first, by CAN the low byte; what is stored takes longer than a frame."""
+    entry, sent = Registers(sheet).objects[name], []
+    assert (entry.bits, entry.signed) == (int(kind[1:]), kind[0] == "I")
+    words = [int.from_bytes(wire[at:at + 2], "big") for at in range(0, len(wire), 2)]
+    line = ModbusLine.__new__(ModbusLine)
+    slave = SimpleNamespace(serial=SimpleNamespace(timeout=0), read_registers=lambda at, count: {
+        (entry.register, len(words)): words}[at, count])
+    slave.write_registers = lambda *what: sent.append((*what, slave.serial.timeout))
+    line._slave, line._errors = slave, SimpleNamespace(  # pylint: disable=protected-access
+        SlaveReportedException=KeyError, ModbusException=IOError)
+    line._one_at_a_time = threading.RLock()  # pylint: disable=protected-access
+    assert line.read(entry) == value
+    line.write(entry, value)
+    assert sent == [(entry.register, words, 20 if name == "store" else 1)] and slave.serial.timeout == 1
+    bus = SimpleNamespace(RESPONSE_TIMEOUT=0, upload=lambda *where: {(entry.index, entry.subindex): wire[::-1]}[where])
+    bus.download = lambda *what: sent.append((*what, bus.RESPONSE_TIMEOUT))
+    line = can_line(bus)
+    assert line.read(entry) == value and bus.RESPONSE_TIMEOUT == (20 if name == "store" else 5)
+    line.write(entry, value)
+    assert sent[1:] == [(entry.index, entry.subindex, wire[::-1], 20 if name == "store" else 5)]
+
+
+@pytest.mark.parametrize("fails, tries", [(0, 1), (2, 3), (3, 3)])
+def test_a_frame_that_was_disturbed_is_asked_for_three_times(sheet, fails, tries):
+    line, asked = ModbusLine.__new__(ModbusLine), []
+
+    def read(*where):
+        asked.append(where)
+        if len(asked) <= fails:
+            raise OSError("noise")
+        return [7]
+    line._slave, line._errors = SimpleNamespace(read_registers=read), SimpleNamespace(  # pylint: disable=protected-access
+        SlaveReportedException=KeyError, ModbusException=IOError)
+    line._one_at_a_time = threading.RLock()  # pylint: disable=protected-access
+    entry = Registers(sheet).objects["status_word"]
+    if fails == 3:
+        with pytest.raises(Silent, match="^status_word: noise$"):
+            line.read(entry)
+    else:
+        assert line.read(entry) == 7
+    assert len(asked) == tries

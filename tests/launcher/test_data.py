@@ -231,6 +231,18 @@ def test_unknown_names_list_what_there_is():
         load_scenario("none", load_drive("teknic_m2310p"))
 
 
+@pytest.mark.parametrize("share, fits", ((0.51, True), (0.49, False)))
+def test_q_has_at_least_half_of_the_inductance_of_d(tmp_path, share, fits):
+    """Less is an exchange of the axes."""
+    text = re.sub("(?m)^inductance_ll_h.*$", "", MOTOR)
+    (tmp_path / "mine.toml").write_text(re.sub("(?m)^lq_h( *= { value =) 200e-6", rf"lq_h\1 {share * 200e-6}", text))
+    if fits:
+        assert load_drive(str(tmp_path / "mine.toml")).motor["electrical"]["lq_h"] == pytest.approx(share * 200e-6)
+    else:
+        with pytest.raises(LauncherError, match="are the axes exchanged"):
+            load_drive(str(tmp_path / "mine.toml"))
+
+
 def test_overrides():
     drive = load_drive("teknic_m2310p", {"motor": {"electrical": {"resistance_ohm": 0.5}}, "params": {"i_max_ma": 1234}})
     assert drive.motor["electrical"]["resistance_ohm"] == 0.5

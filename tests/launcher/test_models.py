@@ -57,7 +57,7 @@ def test_points_and_energy_count(bench):
         right.update({f"{names[key]}@{point.i_d_a:g},{point.i_q_a:g}": value for key, value in point.values.items()})
     out = []
     assert check_models("baldor_ecs101m0h7ef4", bench(right), out.append) == 0, out
-    assert any("flux at -6,6 A" in line for line in out)
+    assert any("flux at -6,6 A" in line for line in out) and not any("j" in line for line in out if "flux at" in line)
     for name in ("map_psi_q@-6,6", "map_l_qq@0,12.4", "map_torque@-8,9.5"):
         assert check_models("baldor_ecs101m0h7ef4", bench(dict(right, **{name: right[name] * 1.03})), lambda line: None) == 1
     # 3 % of the smaller component is less than 2 % of the vector

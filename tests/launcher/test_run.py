@@ -10,9 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from launcher import LauncherError, simulate
+from launcher.cli import main
 from launcher.qemu import ProgressLine, Qemu
 
-from rigs.run_py import run
+from rigs.run_py import VARIABLES, run
 
 SCENARIO = {"key": "test", "title": "a test", "end_s": 0.1, "preamble_s": 0.01,
             "step": [{"t_s": 0.02, "console": "on"}, {"t_s": 0.05, "event": "load_nm", "args": ["rated_torque_Nm"]}],
@@ -121,7 +122,7 @@ def test_command_line(build, fake_qemu, tmp_path):
     scenario.write_text(TOML.format(limit=3))
     answer = run(build, "run", "--picture", QEMU=fake_qemu(), SCENARIO=str(scenario), SEED="5")
     assert answer.returncode == 0, answer.stderr
-    assert "PASS" in answer.stdout and "all 2 limits hold" in answer.stdout
+    assert "PASS" in answer.stdout and "all 2 limits hold" in answer.stdout and "axis" not in answer.stdout.split("written")[0]
     report = json.loads((build / "run" / "report.json").read_text())
     assert report["passed"] and report["seed"] == 5 and report["figures"][0]["limits"] == {"max": 3.0}
     assert report["versions"]["qemu"].startswith("QEMU emulator") and "GNU C" in report["versions"]["compiler"]
@@ -173,11 +174,54 @@ def test_a_scenario_beyond_the_motor_is_not_run(build, fake_qemu, tmp_path):
     (["fly"], {}, "invalid choice: 'fly'"),
     ([], {}, "required: COMMAND"),
 ])
-def test_mistakes_get_one_line(build, fake_qemu, arguments, environment, complaint):
-    answer = run(build, *arguments, **{"QEMU": fake_qemu(), **environment})
-    lines = answer.stderr.strip().splitlines()
-    assert answer.returncode == 2 and len(lines) == 1, answer.stderr
-    assert lines[0].startswith("mssfoc: ") and complaint in lines[0]
+def test_mistakes_get_one_line(build, fake_qemu, monkeypatch, capsys, arguments, environment, complaint):
+    lines = refused(monkeypatch, capsys, arguments, {"BUILD": str(build), "QEMU": fake_qemu(), **environment})
+    assert len(lines) == 1 and lines[0].startswith("mssfoc: ") and complaint in lines[0], lines
+
+
+def refused(monkeypatch, capsys, arguments, environment):
+    """What the launcher says in this process."""
+    for variable in VARIABLES:
+        monkeypatch.delenv(variable, raising=False)
+    for variable, text in environment.items():
+        monkeypatch.setenv(variable, text)
+    try:
+        status = main(arguments)
+    except SystemExit as end:
+        status = end.code
+    said = capsys.readouterr()
+    assert (status, said.out) == (2, "")
+    return said.err.splitlines()
+
+
+# (how it is given, its least and its most, what is said beyond, what of another mistake once it is taken)
+NUMBERS = [
+    (["scope", "--at", "{}"], {"MOTOR": "a b"}, 0, 65535, "port {} is outside 0..65535", "MOTOR 'a b' names two"),
+    (["debug", "--port", "{}"], {"MOTOR": "none"}, 1, 65535, "port {} is outside 1..65535", "no motor"),
+    (["console"], {"CONSOLE": "tcp:{}", "MOTOR": "none"}, 1, 65535, "CONSOLE 'tcp:{}' is neither pty nor tcp:PORT", "no motor"),
+    (["console"], {"CAN": "tcp:{}"}, 1, 65535, "CAN 'tcp:{}' is neither pty nor tcp:PORT, nor join:PORT", "canbus is missing"),
+    (["run"], {"SEED": "{}", "MOTOR": "none"}, 0, 2**32 - 1, "SEED {} is outside 0..4294967295", "no motor"),
+    (["run"], {"SPREAD": "{}", "SCENARIO": "none"}, 0, 10, "SPREAD {} is outside 0..10", "no scenario"),
+    (["run"], {"MOTOR": "lot:{}", "SCENARIO": "none"}, 1, 10**6, "is not lot:N with N from 1 to 1000000", "no scenario"),
+    (["run"], {"DETUNE": "flux_uwb={}", "SCENARIO": "none"}, -2**31, 2**31, "is beyond 32 bits", "no scenario"),
+    (["campaign", "--motors", "lot:{}-1", "--scenarios", "none"], {}, 1, 1, "is not lot:A-B with 1 <= A <= B", "no scenario"),
+    (["campaign", "--motors", "lot:1000000-{}", "--scenarios", "none"], {}, 10**6, 10**6, "is not lot:A-B", "no scenario"),
+    (["campaign", "--seeds", "{}", "--motors", "none"], {}, 1, 10000, "SEEDS '{}' is not a whole number from 1", "no motor"),
+    (["campaign", "--part", "lot", "--from", "{}", "--lots", "no"], {}, 1, 10**6, "FROM '{}' is not a whole number", "N 'no'"),
+    ("campaign --part lot --from 1000000 --jobs no --lots {}".split(), {}, 1, 10000, "N '{}' is not a", "JOBS 'no'"),
+    *(([*"campaign --part start --motors teknic_m2310p --what no --angles".split(), angles], {}, 0, 360,
+       "ANGLES '{}' is not a number from 0 to 360", "WHAT 'no' is none") for angles in ("{}", "9 {}")),
+]
+
+
+@pytest.mark.parametrize("arguments, environment, least, most, beyond, behind", NUMBERS)
+def test_numbers_have_bounds(build, fake_qemu, monkeypatch, capsys, arguments, environment, least, most, beyond, behind):
+    for value, complaint in ((least - 1, beyond), (least, behind), (most, behind), (most + 1, beyond)):
+        def given(text):
+            return text.replace("{}", str(value))
+        lines = refused(monkeypatch, capsys, [given(word) for word in arguments],
+                        {"BUILD": str(build), "QEMU": fake_qemu(), **{key: given(text) for key, text in environment.items()}})
+        assert len(lines) == 1 and given(complaint) in lines[0], lines
 
 
 def test_a_full_disk_is_named(build, fake_qemu, monkeypatch):
@@ -205,6 +249,14 @@ def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path, capsys):
     assert _keep_pace(process, progress, "try\nthis\n") == 3
     assert capsys.readouterr().out == "\r\ntry\r\nthis\r\n> "
     assert time.monotonic() - start > 1.0 - 2 * LEAD_S  # and not how much later: that is the host's load
+
+
+def test_progress_is_told_once_a_quarter_where_nobody_looks():
+    stream = io.StringIO()
+    line = ProgressLine("run", stream)
+    for now_s in np.arange(0.1, 4.05, 0.1):
+        line(now_s, 4.0)
+    assert [float(text.split()[1]) for text in stream.getvalue().splitlines()] == pytest.approx([1.0, 2.0, 3.0, 4.0], abs=0.11)
 
 
 @pytest.mark.parametrize("live, said", [(False, "run: 1.20 of 1.00 s simulated\n"),

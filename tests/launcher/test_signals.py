@@ -2,11 +2,13 @@
 """Measurements on signals whose answer is known."""
 import cmath
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from launcher import LauncherError, signals
+from launcher.kinds_weakening import KINDS
 
 DT = 50e-6
 
@@ -70,6 +72,16 @@ def test_distortion_is_all_that_is_not_fundamental(shares, frequency_hz):
     angle = 2 * math.pi * frequency_hz * np.arange(0, 0.6, DT) + 0.7
     expected = 100 * math.sqrt(sum(share ** 2 for share in shares.values()))
     assert signals.distortion_percent(wave(angle, shares, dc=0.5), angle) == pytest.approx(expected, rel=0.03, abs=1e-6)
+
+
+@pytest.mark.parametrize("common", [0.0, 5.0])
+def test_the_fundamental_is_of_the_voltage_that_the_windings_see(common):
+    """By what six steps give, 2 / pi of the bus; what all phases have in common is none of it."""
+    angle = 2 * math.pi * 50 * np.arange(0, 0.05, DT)
+    window = {f"v_{phase}_V": 12 + 8 * np.cos(angle - k * 2 * math.pi / 3 + 0.3) + common * np.cos(angle)
+              for k, phase in enumerate("abc")} | {"vbus_V": np.full(len(angle), 24.0)}
+    run = SimpleNamespace(trace=SimpleNamespace(between=lambda *_: window), electrical_angle=lambda _: angle)
+    assert KINDS["fundamental"].function(run, 0, 0.05) == pytest.approx(100 * 8 / (2 / math.pi * 24), rel=1e-3)
 
 
 def test_distortion_does_not_care_about_a_change_of_speed():

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """How far each motor's field can be weakened, and that those that cannot are named with the reason."""
+import dataclasses
+
 import pytest
 
-from launcher import LauncherError
+from launcher import LauncherError, weakening
 from launcher.capability import CIRCLE, KEPT, machine_of
 from launcher.drive import load_drive
 from launcher.scenario import load_scenario
@@ -25,6 +27,22 @@ def test_as_far_as_psi_by_l_allows(motor):
     most = machine.most_torque(0, 1e9, i_max_a).torque_nm
     assert machine.most_torque(names["base_rpm"] * 0.99, usable_v, i_max_a).torque_nm >= 0.99 * most
     assert machine.most_torque(names["weak_rpm"], usable_v, i_max_a).torque_nm >= 0.34 * most
+
+
+@pytest.mark.parametrize("pole_pairs, limit_rpm", ((2, 26000), (4, 980 * 60 / 4)))
+def test_speeds_end_where_the_firmwares_do(pole_pairs, limit_rpm):
+    """On a bus that would take the motor further, as far as a sagged one, too; from 1.3 times the base speed on it is worth."""
+    machine = dataclasses.replace(machine_of(load_drive("thor_pmsyrm"), WARM_C), pole_pairs=pole_pairs)
+
+    def names(share):
+        base_rpm = weakening._names("", machine, 400, 20)["base_rpm"]  # pylint: disable=protected-access
+        return weakening._names("", machine, 400 * limit_rpm / share / base_rpm, 20)  # pylint: disable=protected-access
+    for share in (1.33, 1.5):
+        assert names(share) == pytest.approx({
+            "base_rpm": limit_rpm / share, "weak_x": share, "weak_rpm": limit_rpm, "weak_sag_rpm": limit_rpm,
+            "weak_max_rpm": 1.05 * limit_rpm, "weak_overspeed_rpm": 1.15 * limit_rpm}, rel=0.015)
+    with pytest.raises(LauncherError, match=f"the firmware's speeds end at {limit_rpm:.0f} rpm"):
+        names(1.25)
 
 
 @pytest.mark.parametrize("motor, why", [("rctimer_gbm5208", "i_max 0.9 A takes 10 % away"), ("maxon_ec22", "takes 4 % away"),

@@ -30,7 +30,7 @@ def project(root):
     return Project(root, ("make", "-s", f"-j{len(os.sched_getaffinity(0))}"), ("unit", "twin", "plant", "registers"), IMAGE,
                    (*(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup", "lib")), "build/bringup/*.o"),
                    ("build/mssfoc.elf", "build/bringup.elf", "build/tests/target/*.elf"), cross + "objcopy",
-                   os.environ.get("CC_ARM") or cross + "gcc")
+                   os.environ.get("CC_ARM") or cross + "gcc", ("--first",))
 
 
 def options(argv):
@@ -89,7 +89,8 @@ def play(chosen):
     write_json(folder / "result.json", judged, known, chosen.seed)
     print("", *lines(judged, known), sep="\n")
     if chosen.remember:
-        write_page(ROOT / "docs/mutants.md", judged, known, ROOT, f"make mutants N={chosen.count} SEED={chosen.seed}")
+        how = f"make mutants N={chosen.count} SEED={chosen.seed}" + (f" RUNGS='{chosen.rungs}'" if chosen.rungs else "")
+        write_page(ROOT / "docs/mutants.md", judged, known, ROOT, how)
     print(f"\n{len(judged)} of {len(drawn)} mutants in {(time.monotonic() - begun) / 60:.1f} minutes; all of them: "
           f"{folder / 'result.json'}", flush=True)
     wrong = [f"{name} fails without any mutant" for name in engine.broken] + list(complaints(judged, known, sources))

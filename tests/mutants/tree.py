@@ -43,6 +43,7 @@ class Project:
     products: tuple            # globs of what tests run
     objcopy: str
     compiler: str = "cc"       # of the objects
+    pytest: tuple = ()         # options: which of the tests are played
 
 
 class Trouble(Exception):

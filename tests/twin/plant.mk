@@ -4,7 +4,7 @@
 
 PLANT_CFLAGS := -std=gnu11 -O2 -g -fPIC -fsanitize=undefined,bounds-strict \
     -fno-sanitize-recover=all -Wall -Wextra -Wshadow -Werror -Iqemu/twin
-PLANT_OBJECTS := $(patsubst %,$(BUILD)/tests/twin/%.o,$(filter-out config cycles_keys,$(TWIN_PHYSICS)) \
+PLANT_OBJECTS := $(patsubst %,$(BUILD)/tests/twin/%.o,$(TWIN_PHYSICS) \
     cycles_cache sysreg watchdog can_bus can_device lines fabric_rtl rtl_clock rtl_ahead loops vm)
 
 plant: $(BUILD)/tests/twin/plant.so

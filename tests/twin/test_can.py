@@ -139,6 +139,25 @@ def test_receiving(controller):
     assert c.can_read(controller, 8) == 0, "29 bits do not pass the filter"
 
 
+@pytest.mark.parametrize("change, taken", [
+    ({}, True), ({"id": 0x122}, False), ({"id": 0x323}, False), ({"remote": True}, False),
+    ({"id": 0x123 << 18, "extended": True}, False),
+    ({"data": (0x12, 0x34)}, True), ({"data": (0x12, 0x35, 3)}, False), ({"data": (0x13, 0x34, 3)}, False),
+    ({"data": (0x12,)}, False), ({"data": ()}, False)])
+@pytest.mark.parametrize("whatever", [None, "id", "remote", "extended", "data"])
+def test_what_a_mailbox_takes(controller, change, taken, whatever):
+    """Its code has an identifier and the first two bytes; a bit of the mask says that it does not matter."""
+    f = {"id": 0x123, "data": (0x12, 0x34, 3), "extended": False, "remote": False, **change}
+    masks = {"id": 0x7FF << 21, "extended": 4, "remote": 2}
+    for at, value in ((0x230, 1 | 0x3FFFF << 3 | masks.get(whatever, 0)), (0x234, 0x123 << 21),
+                      (0x238, 0xFFFF if whatever == "data" or f["remote"] else 0), (0x23C, 0x1234)):
+        c.can_write(controller, at, value)
+    one = frame(f["id"], f["data"])
+    one.extended, one.remote = f["extended"], f["remote"]
+    c.can_received(controller, one)
+    assert (c.can_read(controller, 8) == 1) == (taken or whatever == next(iter(reversed(change)), ""))
+
+
 def test_sending_and_errors(controller):
     f = c.can_frame()
     c.can_write(controller, 0x24, 0x321 << 21)
@@ -155,6 +174,17 @@ def test_sending_and_errors(controller):
     assert fails(c.CAN_BIT_ERROR, 1) >> 16 & 3 == 1 and c.can_passive(controller), "passive from 128 on"
     assert fails(c.CAN_ACK_ERROR, 1) & 0xFF == 128, "not acknowledged, it counts no further"
     assert fails(c.CAN_BIT_ERROR, 16) >> 17 & 1 and c.can_offer(controller, f) < 0 and not c.can_recovers(controller)
+
+
+def test_errors_that_it_hears_make_it_passive(controller):
+    """From 128 on; of those there is no more than 255, and a frame that comes well takes one away."""
+    for n in range(1, 300):
+        c.can_heard_error(controller, c.CAN_BIT_ERROR)
+        assert c.can_passive(controller) == (n >= 128) and c.can_read(controller, 0x10) >> 8 & 0xFF == min(n, 255)
+    for n in range(128):
+        assert c.can_passive(controller)
+        c.can_received(controller, frame(0x123, (n,)))
+    assert not c.can_passive(controller)
 
 
 # ---- on a bus with other twins, QEMU played by vm.c ----

@@ -216,6 +216,27 @@ def test_numbers_of_a_line():
     assert c.event_parse(b"temperature_c 300", e) is None and e.number == 300
 
 
+@pytest.mark.parametrize("line, member, least, most, step", [
+    *((line, "number", -1e5, 1e5, 1) for line in ("load_nm {}", "sensor_gain B {}", "sensor_sine {} 1 1")),
+    ("sensor_sine 1 {} 1", "second", -1e5, 1e5, 1), ("sensor_sine 1 1 {}", "third", -1e5, 1e5, 1),
+    ("load_fan {}", "number", 0, 1e6, 1), ("encoder_slip {}", "number", -10**9, 10**9, 1),
+    ("encoder_slip {}", "number", -3, 3, 0.5), ("sensor_stuck A {}", "number", 0, 4095, 1),
+    ("short CA {}", "number", 1e-4, 100, 1e-6), ("winding_short C 1 {}", "number", 1e-4, 100, 1e-6),
+    ("winding_short C {} 1", "fraction", 1e-3, 1, 1e-6), ("temperature_c {}", "number", -100, 300, 0.1),
+    *((line, member, 0, 2**32 - 1, 1) for line, member in (
+        ("can_break {}", "word"), ("poke {} 0", "address"), ("poke 0 {}", "word"))),
+    ("poke_rom 0 {}", "word", 0, 65535, 1), ("sto {} 1", "phase", "A", "B", 1), ("phase_open {} 1", "phase", "A", "C", 1),
+    ("chopper {}", "on", 0, 1, 1)])
+def test_each_argument_has_its_bounds(line, member, least, most, step):
+    def beside(value, by):
+        return chr(ord(value) + by) if isinstance(value, str) else value + by
+    for value, right in ((beside(least, -step), False), (least, True), (most, True), (beside(most, step), False)):
+        e = c.event()
+        wrong = c.event_parse(line.format(value).encode(), e)
+        assert (wrong is None) == right and (right or b"expected: " + line.split()[0].encode() in wrong), (line, value)
+        assert not right or getattr(e, member) == (ord(value) - ord("A") if isinstance(value, str) else value)
+
+
 @pytest.mark.parametrize("line", [
     "sensor_order", "sensor_order AB", "sensor_order ABB", "sensor_order ABCA", "sensor_sine 1.5 320", "sensor_sine 1 2 0 0",
     "sensor_sine 1.5 x 0", "temperature_c 301", "temperature_c", "encoder_reverse off", "phase_swap", "phase_swap AC",

@@ -2,6 +2,7 @@
 """Slot 2, ENC, against docs/fabric.md: random motion against a counter that takes edge by edge, and by hand; the disc before
 it, and what a receiver miscounts; Hall switches; when an edge came."""
 import math
+import os
 import random
 
 import numpy as np
@@ -397,3 +398,99 @@ def test_hall_in_the_row_is_of_the_electrical_angle(n):
     c.motor_lock(p.motor, True)
     p.run(100e-6)
     assert p.row.hall == expected_hall(electrical_rad) == p.read(ENC.HALL) & 7
+
+
+def test_hall_is_read_as_it_is_now():
+    """No period of the PWM begins that would show it."""
+    p = Plant(on=None)
+    c.motor_spin(p.motor, 300)
+    for _ in range(40):
+        p.run(0.7e-3)
+        assert p.read(ENC.HALL) >> 4 & 7 == expected_hall(4 * p.motor.theta_rad)
+
+
+# ---- the lines as a list, for an RTL ----
+
+class Listed:
+    """The lines, and what a counter of all four edges makes of them."""
+    def __init__(self, turn=400):
+        self.l, self.pulse, self.count, self.edges = c.lines(filter=3), c.index_pulse(first=0, last=3, turn=turn), 0, 0
+
+    def turn(self, moved, from_ps, last_ps, miscounted=0, now=0):
+        self.edges += moved
+        c.lines_turn(self.l, c.shaft_way(moved=moved, edges=self.edges, last_edge_ps=last_ps, miscounted=miscounted, **{
+            "from": from_ps}), self.pulse, now)
+
+    def taken(self):
+        """[(clock, count, index)]"""
+        states, phase = [], {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
+        while (clock := c.lines_next(self.l)) != 2**63 - 1:
+            state = c.lines_take(self.l)
+            assert state.clock == clock
+            step = (phase[state.a, state.b] - self.count + 1) % 4 - 1
+            assert step < 2, "one of the two lines at a time"
+            self.count += step
+            states.append((clock, self.count, state.index))
+        return states
+
+
+def test_edges_of_a_way_are_spread_over_it():
+    lines = Listed()
+    lines.turn(5, 1_000_000, 1_100_000)
+    lines.turn(-7, 1_100_000, 1_200_001)
+    rising = [(102 + 2 * n, n + 1, n + 1 < 4) for n in range(5)]
+    assert lines.taken() == rising + [
+        (math.ceil(110 + 10.0001 * (n + 1) / 7), 4 - n, 0 <= 4 - n < 4) for n in range(7)]
+    lines.turn(2, 0, 10_000, now=500)
+    assert [clock for clock, *_ in lines.taken()] == [500, 500], "nothing is listed before now"
+
+
+@pytest.mark.parametrize("moved, miscounted, counted", [
+    (3, 2, 5), (-3, -2, -5), (3, -1, 2), (-3, 1, -2), (3, -2, 1), (3, 0, 3)])
+def test_edges_that_the_receiver_doubles_or_loses(moved, miscounted, counted):
+    lines = Listed()
+    lines.turn(moved, 0, 30_000, miscounted)
+    assert lines.taken()[-1][1] == counted
+
+
+def test_disturbances_of_the_lines():
+    lines = Listed()
+    c.lines_disturb(lines.l, c.CABLE_SLIP, -2, 100)
+    assert [one[:2] for one in lines.taken()] == [(100, -1), (105, -2)], "as far apart as the filter wants it"
+    c.lines_disturb(lines.l, c.CABLE_REVERSED, 1, 200)
+    lines.turn(2, 0, 2_000_000)
+    assert lines.taken()[-1][1] == -4
+    c.lines_disturb(lines.l, c.CABLE_SLIP, 2, 210)
+    assert lines.taken()[-1][1] == -2, "counts are slipped as they are counted"
+    c.lines_disturb(lines.l, c.CABLE_REVERSED, 0, 220)
+    c.lines_disturb(lines.l, c.CABLE_FROZEN, 1, 230)
+    lines.turn(9, 0, 3_000_000, 2)
+    assert lines.taken() == []
+    c.lines_disturb(lines.l, c.CABLE_FROZEN, 0, 310)
+    c.lines_disturb(lines.l, c.CABLE_CUT, 1, 320)
+    c.lines_disturb(lines.l, c.CABLE_CUT, 0, 330)
+    assert [(one.clock, one.lost) for one in (c.lines_take(lines.l), c.lines_take(lines.l))] == [(320, True), (330, False)]
+    before = lines.l.now.a, lines.l.now.b
+    c.lines_disturb(lines.l, c.CABLE_ILLEGAL, 1, 340)
+    there, back = c.lines_take(lines.l), c.lines_take(lines.l)
+    assert (there.clock, there.a, there.b) == (340, not before[0], not before[1])
+    assert (back.clock, back.a, back.b) == (345, *before)
+    c.lines_show_hall(lines.l, 5, 3_499_001, 0)
+    c.lines_show_hall(lines.l, 4, 3_400_000, 348)
+    shown = [c.lines_take(lines.l) for _ in range(2)]
+    assert [(one.clock, one.hall) for one in shown] == [(350, 5), (350, 4)], "what is listed later comes no sooner"
+
+
+def test_the_list_has_room_for_so_many():
+    lines = Listed()
+    for _ in range(3):
+        for n in range(4096):
+            c.lines_show_hall(lines.l, n % 8, n * 10_000, 0)
+        assert [c.lines_take(lines.l).hall for _ in range(4096)] == [n % 8 for n in range(4096)]
+    child = os.fork()
+    if child == 0:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        for n in range(4097):
+            c.lines_show_hall(lines.l, 0, 0, 0)
+        os._exit(0)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1

@@ -66,6 +66,15 @@ def test_commands(e):
     assert e.read(STATUS, 12 * MS) == READY | 1 << 1, "another content is noticed"
 
 
+@pytest.mark.parametrize("register, value", [(CMD, 0x08 << 24 | (PAGE + 1) * BYTES), (DATA, 7), (ACCESS, 0), (CLRHINT, 4)])
+def test_what_has_ended_when_something_is_written_has_ended_as_it_was(e, register, value):
+    """Nobody has looked in between."""
+    e.fill(0x1000)
+    e.write(CMD, PROGRAM)
+    e.write(register, value, 9 * MS)
+    assert told == [PAGE] and e.page(0x1000) and e.e.writes[PAGE + 1] == (register == CMD) and not e.e.status & BUSY
+
+
 @pytest.mark.parametrize("command", [0x08 << 24 | (2048 - 16) * BYTES, PROGRAM + 4])
 def test_a_reserved_page_and_not_a_page_s_beginning(e, command):
     assert e.read(ACCESS) == 5
@@ -77,6 +86,16 @@ def test_a_reserved_page_and_not_a_page_s_beginning(e, command):
     assert e.read(STATUS) == READY
     e.write(CMD, 0x08 << 24 | (2048 - 17) * BYTES)
     assert e.busy(), "the page below those reserved"
+
+
+def test_registers_below_the_data_are_no_data(e):
+    e.fill(0x1000)
+    for at in (0x40, 0x7C, 0x100):
+        e.write(at, 77)
+        assert e.read(at) == 77 and e.read(at ^ 4) == 0
+    e.write(CMD, PROGRAM)
+    c.envm_settle(e.e, 8 * MS)
+    assert e.page(0x1000)
 
 
 def test_locks(e):

@@ -110,6 +110,30 @@ def test_six_gates_and_no_more():
     assert c.gate_follow(gate, 0x6A) == 0x2A
 
 
+@pytest.mark.parametrize("first", (0, 1))
+def test_an_input_of_safe_torque_off_asks_by_itself_and_both_should(first):
+    """Two flip-flops, then as many clocks as the filter has; apart for longer than they may is told, until both ask."""
+    s, clock = c.sto(longest=5, patience=20), 100
+    (asks, apart) = (1, 2), 4
+    c.sto_reset(s, clock)
+
+    def changes(*pins):
+        """{clock: what is asked for} from now on."""
+        for pin, low in pins:
+            c.sto_pin(s, pin, low, clock)
+        seen = {}
+        while (due := c.sto_due(s)) != NEVER and len(seen) < 9:
+            c.sto_take(s, due)
+            seen[due] = c.sto_asks(s)
+        return {at: what for (at, what), before in zip(seen.items(), [0, *seen.values()]) if what != before}
+    one, both = asks[first], 3
+    assert changes((first, True)) == {108: one, 129: one | apart}
+    clock = 200
+    assert changes((1 - first, True))[208] == both | apart and c.sto_asks(s) == both
+    clock = 300
+    assert list(changes((0, False), (1, False)).values())[-1] == 0 and c.sto_asks(s) == 0
+
+
 @pytest.mark.parametrize("latch", [c.GATE_DRIVER_FAULT, c.GATE_CLOCK_LOST])
 def test_from_a_pin_to_the_switches(latch):
     p = Plant()

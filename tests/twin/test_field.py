@@ -378,7 +378,12 @@ def test_a_wire_that_breaks():
 
 @pytest.mark.parametrize("change, right", [
     ({}, True), *(({f"sat_{key}": THOR[f"sat_{key}"] + 0.5}, False) for key in "stuv"), ({"sat_w": 3}, False),
-    ({"sat_a_dq": 1e6}, False), ({"sat_a_q0": 0}, False)])
+    ({"sat_a_dq": 1e6}, False), ({"sat_a_q0": 0}, False), ({"pole_pairs": 1.5}, False),
+    ({"temperature_sensor": 0.5}, False), ({"temperature_sensor": 1}, True),
+    *(({f"{cogging}_per_rev": 6.5}, False) for cogging in ("cogging", "cogging2", "cogging3")),
+    ({"winding_capacity_j_k": 1, "winding_resistance_k_w": 0.1}, True), ({"winding_capacity_j_k": 1}, False),
+    ({"winding_resistance_k_w": 0.1}, False), ({"winding_capacity_j_k": 1e4, "winding_resistance_k_w": 0.1}, False),
+    ({"winding_capacity_j_k": 1, "winding_resistance_k_w": 1}, False)])
 def test_what_is_no_map(change, right):
     refused = c.motor_params_check(c.motor_params(**{**THOR, **change}), c.load_params(), 60)
     assert (refused is None) == right

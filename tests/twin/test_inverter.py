@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The bridge at switch level, with a motor on it: dead time, delays, diodes, drops and their heat, output charge, comparators,
 and what can happen to the motor's cable. Cases small enough for a closed form; random ones are in test_energy.py."""
+import ctypes
 import math
 
 import numpy as np
@@ -286,6 +287,18 @@ def test_the_ringing_ends():
     c.motor_spin(b.m, 1200)  # 62 V from line to line
     b.advance(5e-3)
     assert size(b.m) > 1, "the diodes start all the same"
+
+
+@pytest.mark.parametrize("currents, turns", [
+    ((1, 0.5e-6, -0.5e-6, 1), 0), ((-1, -0.5e-6, 0.5e-6, -1), 0), ((1, -2e-6), 1), ((-1, 2e-6), 1), ((0.5e-6, -1), 0),
+    ((1, 0, -1, 0, 1), 2), ((-1, 0.5e-6, 1), 1)])
+def test_a_current_that_has_ended_has_not_turned_round(currents, turns):
+    """Below a microampere: of leg B alone, which swings."""
+    b = Bridge(coss_c=QOSS)
+    c.coss_begin_swing(b.inv, 1, 9)
+    for i in currents:
+        c.coss_move(b.inv, (ctypes.c_double * 3)(-i, 0, 0), (ctypes.c_double * 3)(-i, i, i), 1e-9)
+    assert [node.turns_allowed for node in b.inv.node] == [0, 9 - turns, 0]
 
 
 def test_charge_of_a_swing():

@@ -123,7 +123,7 @@ def test_defaults_are_in_nobody_s_way():
 
 @pytest.mark.parametrize("changes, part", [
     ({"adc_bits": 11.5}, "whole"), ({"shunt": 0.5}, "0 or 1"), ({"skew_b_s": 1.5e-6}, "less than sensor.adc_conversion_s"),
-    ({"skew_c_s": 1.9e-6}, "less than sensor.adc_conversion_s"), ({"amp_hz": 10}, "at least 1000"),
+    ({"skew_c_s": 1.9e-6}, "less than sensor.adc_conversion_s"), ({"amp_hz": 999}, "at least 1000"), ({"amp_hz": 1000}, None),
     ({"encoder_counts": 4000.5}, "whole"),
     ({"encoder_index_counts": 1.5}, "whole"), ({"encoder_index_counts": 4096}, "less than sensor.encoder_counts"),
     ({"encoder_phase": -0.25}, "0.25"), ({"encoder_asymmetry": 0.125}, "0.25"), ({"encoder_lost_per_rev": 4097}, "at most"),

@@ -61,6 +61,18 @@ def test_fan_and_coulomb(run):
     assert torque_nm == pytest.approx(COULOMB, rel=0.05)
 
 
+@pytest.mark.parametrize("turned_rad_s", (0, 7, -20))
+def test_a_drive_that_is_told_its_offset_knows_it_to_a_count(tmp_path, turned_rad_s):
+    """Even of a shaft that somebody has turned since its counter began."""
+    steps = [{"t_s": t_s, "event": kind, "args": args} for t_s, kind, args in (
+        (0.01, "spin_rad_s", [str(turned_rad_s)]), (0.2, "spin_rad_s", ["0"]), (0.22, "spin", ["off"]))]
+    scenario = {"key": "told", "end_s": 0.5, "preamble_s": 0.002, "step": [*steps, {"t_s": 0.25, "console": "on"}]}
+    run = simulate(scenario, motor="teknic_m2310p", out_dir=tmp_path, plant="ideal", spread=0, aligned=True)
+    row = run.trace.between(0.49, 0.5)
+    off_rad = (row["angle_fw_rad"] - 4 * row["theta_mech_rad"] + np.pi) % (2 * np.pi) - np.pi
+    assert abs(off_rad).max() < 2 * np.pi * 4 / run.drive.motor["encoder"]["counts_per_rev"]
+
+
 @pytest.mark.parametrize("kind, args", [
     ("winding_short", ["A", "0.1"]), ("winding_short", ["D", "0.1", "1"]), ("winding_short", ["A", "off", "1"]),
     ("load_fan", ["off"]), ("load_hoist", []), ("load_coulomb", ["1", "2"])])

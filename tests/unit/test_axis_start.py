@@ -147,10 +147,11 @@ def test_a_sensor_whose_zero_is_off(starting):
 ORDERS = [order for order in itertools.permutations(range(3)) if order != (0, 1, 2)]
 
 
-def judged(starting, **shown):
-    """What the test shows both times; a sign or an order that is wrong once is looked at again."""
+def judged(starting, turned=0, **shown):
+    """What the test shows both times, the rotor so many counts away; a wrong sign or order is looked at again."""
     w = starting(False)
     w.step(CALIBRATION_MS)
+    w.fabric.encoder.LATCHED = turned
     wiring = w.axis.start.wiring
     for patient in (False, True):
         if wiring.slow == patient:
@@ -198,6 +199,13 @@ def test_other_causes_are_not_taken_for_exchanged_sensors(starting, wrong):
         assert judged(starting, sensors=with_gain(0.1), **rotor) == ("OPEN_PHASE", wrong + 1), rotor
         assert all(judged(starting, sensors=with_gain(gain), **rotor)[0] == "NONE" for gain in (0.9, 1.1)), rotor
         assert judged(starting, sensors=with_gain(-1), **rotor) == ("SENSOR_SIGN", wrong + 1), rotor
+
+
+@pytest.mark.parametrize("turned, named", ((0, "SENSOR_SIGN"), (333, "SENSOR_SIGN"), (334, "LOAD_TOO_HIGH"),
+                                           (4000 - 333, "SENSOR_SIGN"), (4000 - 334, "LOAD_TOO_HIGH")))
+def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(starting, turned, named):
+    """Of 4000 counts and 4 pole pairs a third of an electrical turn: test currents do not do that."""
+    assert judged(starting, sensors=((0, 1), (1, -1), (2, 1)), turned=turned)[0] == named
 
 
 def test_gates_that_do_not_let_go_are_the_fabrics(c, starting):

@@ -40,6 +40,18 @@ def test_below_the_observers_reach_it_is_a_stop_where_there_is_one_or_off(motor,
     assert m.state == FALL_BACK.get(cause, "FAULT_REACTION") and m.fabric.gate.CONTROL == (cause in FALL_BACK)
 
 
+@pytest.mark.parametrize("way", (1, -1))
+def test_a_dead_encoder_was_at_its_last_edge_half_a_count_before_the_middle(c, motor, way):
+    m, seed = motor(3000), c.rotor_seed()
+    encoder, scale = m.fabric.encoder, m.axis.loop.encoder_scale_q32
+    encoder.LATCHED, encoder.EDGE_TIME, m.axis.loop.angle_offset_q32 = 1234, 987654, 0xF0000000
+    m.axis.supervision.encoder.speed_moving_q32 = way * 5_000_000
+    for seed_of in (c.encoder_watch_seed, c.encoder_watch_seed_at_sample):
+        seed_of(m.axis, c.FAULT_ENCODER_DEAD, seed)
+        expected = (1234 * scale + 0xF0000000 - way * (scale // 2)) % 2**32
+        assert (seed.angle_q32, seed.clock, seed.speed_q32) == (expected, 987654, way * 5_000_000)
+
+
 FORBIDDEN = {
     "position": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_POSITION),
     "cyclic speed": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_CYCLIC_SPEED),

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rigs.identify_alone import I_RANGE_MA, known, reason, thought
+from rigs.identify_alone import I_RANGE_MA, known, measuring, reason, thought
 from rigs.winding import BUS_STEPS, LAG, LENGTH, RATE_HZ, VBUS_Q15, inductances, play
 
 VOLTS = VBUS_Q15 / 32768 * 57528 / 1000
@@ -96,3 +96,18 @@ def test_identify_burst_leaves_the_controllers_as_they_were(c, begun):
     assert all(abs(i - 1000) <= 1 for i in burst.i_d_q15) and all(abs(i) <= 1 for i in burst.i_q_q15)
     assert [c.burst_sign(burst, k) for k in range(8)] == [1, -1, -1, 1] * 2
     assert c.burst_peak_q15(burst) == 0, "a current that stands is none of the wave's"
+
+
+def test_identify_plays_waves_of_the_height_that_it_has_found(c, begun):
+    """The resistance test's; there is room for it. What has been seen of each is the current of then."""
+    begun.reluctant, begun.burst.v_steps, begun.burst.hold = True, 70, 1
+    io = measuring(c, begun, "AXES")
+    adc, played = io.fabric.contents.adc, 0
+    for ms in range(1, 400):
+        begun.ms, begun.phase_ms, adc.IA, adc.IB = min(ms, 2), ms, 900 + ms, -(900 + ms) // 2
+        c.identify_measure_axes(begun, io)
+        if begun.work.axes.bursts > played:
+            assert math.hypot(begun.burst.i_d_q15[5], begun.burst.i_q_q15[5]) == pytest.approx(900 + ms, abs=3)
+        played = begun.work.axes.bursts
+        assert begun.burst.v_steps == 70
+    assert played > 8

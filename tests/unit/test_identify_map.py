@@ -265,6 +265,15 @@ def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, be
     assert all(i_d == 0 for _, i_d, _ in rotor.seen) and rotor.seen[-1][2] != amps(RATED_A)
 
 
+def test_map_waves_are_halved_beside_a_small_current_that_ripples_alone(c, begun):
+    """Below two fifths of the rated one: a third across; the negative ones along are not small."""
+    begun.ripple_q10 = 50
+    rotor = Swinging(c, begun, 0.4)
+    for step, heights in (("ALONG", [WAVE] * 4), ("ACROSS", [WAVE // 2, WAVE, WAVE])):
+        assert rotor.play(step, 60000)
+        assert [p.v_steps for p in begun.work.map.at[:begun.work.map.points]] == heights
+
+
 def test_map_of_most_torque_rides_on_the_chosen_current(c, begun):
     begun.torque_d_q15, begun.torque_q_q15 = -amps(2.4), amps(2.9)
     rotor = Swinging(c, begun, 2.0)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What Modbus reads and writes: functions, exceptions, several registers whole or not at all, broadcasts."""
+import ctypes
 import re
 import struct
 
@@ -208,6 +209,19 @@ def test_several_parameters_go_together_or_not_at_all(line):
     assert refused(line, both(9000, 23000), ILLEGAL_VALUE), "i_trip beyond the range"
     assert refused(line, both(9000, 0), ILLEGAL_VALUE), "out of its own range"
     assert line.ask(write(line.param("i_max_ma"), long(14000)))[0] == 16 and line.axis.params.i_max_ma == 14000
+
+
+@pytest.mark.parametrize("places", (("PARAM",), ("REACTION",), ("PARAM", "REACTION"), ("PARAM", "REACTION", "PARAM")))
+def test_settings_of_any_kind_in_one_change_need_a_drive_that_is_off(line, c, places):
+    drive, kinds = line.modbus.drives[0], {"REACTION": 2, "PARAM": 3}  # of object_place
+    for state, refusal in ((c.AXIS_OPERATION_ENABLED, c.OBJECT_BAD_STATE), (c.AXIS_SWITCH_ON_DISABLED, c.OBJECT_FINE)):
+        change, line.axis.state = c.structs["object_change"](), state
+        c.object_begin(change, drive)
+        for kind in places:
+            number, value = (c.FAULT_STALL, c.REACTION_WARN) if kind == "REACTION" else (0, 5)
+            assert c.object_change(change, c.object_place(kind=kinds[kind], number=number), value) == c.OBJECT_FINE
+        before = line.everything()
+        assert c.object_commit(change, drive) == refusal and (line.everything() == before) == (refusal != c.OBJECT_FINE)
 
 
 # ---- another source of the angle ----

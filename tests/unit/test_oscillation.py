@@ -61,6 +61,17 @@ def test_what_a_ramps_end_sets_off_takes_no_more_gain(c, fade, answers, begins):
     assert sum(said != c.OSCILLATION_NOTHING for said in says) == answers
 
 
+@pytest.mark.parametrize("size, blocks", ((1.05, 2), (0.95, 5), (0.85, 5)))
+def test_after_an_answer_less_than_the_limit_may_still_fade(c, size, blocks):
+    """By parts of i_max: what meets the limit is answered again in the second block of 16 ms."""
+    o, i_max_q15 = c.oscillation(), 16000
+    c.oscillation_init(o)
+    o.listened, o.answered, o.blocks = True, 1, 0
+    says = [c.oscillation_step(o, round(size * i_max_q15 / 8 * math.cos(2 * math.pi * 0.125 * ms)), 0, i_max_q15)
+            for ms in range(16 * blocks)]
+    assert says == [c.OSCILLATION_NOTHING] * (16 * blocks - 1) + [c.OSCILLATION_LESS]
+
+
 def test_the_first_swing_is_taken_as_it_begins(c):
     """As lot 138: at the limit it falls below the frequencies that are looked at, and would stay."""
     o, i_max_q15 = c.oscillation(), 16000

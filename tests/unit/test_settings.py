@@ -208,6 +208,17 @@ def test_a_record_that_ends_where_the_page_does_is_whole(c, beyond, whole):
         assert c.record_word(found, 0) == 777 and not c.record_next(reader, found) and not reader.broken
 
 
+def test_a_record_of_more_than_255_bytes_is_passed_over_as_a_whole(c):
+    """Of a later version: what is behind it counts."""
+    written = b"".join((record(99, "table", bytes(range(200)) * 3), record(PARAMETER, "ramp_rpm_s", number(-777))))
+    page = (ctypes.c_uint8 * len(written)).from_buffer_copy(written)
+    start, byte = ctypes.addressof(page), ctypes.POINTER(ctypes.c_uint8)
+    reader, found = c.record_reader(at=ctypes.cast(start, byte), end=ctypes.cast(start + len(written), byte)), c.record()
+    assert c.record_next(reader, found) and (found.kind, found.value_bytes, found.value[599]) == (99, 600, 199)
+    assert c.record_next(reader, found) and (found.kind, bytes(found.name).rstrip(b"\0")) == (PARAMETER, b"ramp_rpm_s")
+    assert c.record_word(found, 0) == -777 and not c.record_next(reader, found) and not reader.broken
+
+
 def test_conversions_missed_while_a_page_is_written_are_excused_on_both_axes(drive, c):
     """The other axis' slow loop waits, too, and would take them for a current loop that has stopped."""
     beside = c.axis()

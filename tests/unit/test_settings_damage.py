@@ -202,7 +202,7 @@ def test_without_wait_states_nothing_would_be_right(drive):
     assert drive.save() == "NONE", "the driver sets it"
 
 
-@pytest.mark.parametrize("watchdog_ms, gives_up_ms", ((30, 20), (100, 66), (32212, 66), (None, None)))
+@pytest.mark.parametrize("watchdog_ms, gives_up_ms", ((30, 20), (100, 66), (190, 66), (32212, 66), (None, None)))
 def test_a_page_that_takes_for_ever(c, watchdog_ms, gives_up_ms):
     """It gives up before the watchdog does, and before it has kept the interrupts waiting for long; without a watchdog that
     counts, after a number of looks."""

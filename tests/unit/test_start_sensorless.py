@@ -26,6 +26,20 @@ def starting(c):
     return world
 
 
+@pytest.mark.parametrize("source, follows", ((0, False), (1, True), (2, False)))
+def test_the_current_loops_settings_are_followed_by_who_has_no_sensor(c, source, follows):
+    def world():
+        w = World(c).put("OPERATION_ENABLED")
+        w.axis.tuning = compute(c, {**shipped(), "angle_source": source})[2]
+        w.axis.loop.flux.margin_q8, w.axis.loop.source = 2000, c.LOOP_OBSERVER
+        return w
+    asked, followed, untouched = world(), world(), world()
+    c.start_source_after(asked.axis)
+    c.sensorless_follow(followed.axis)
+    assert bytes(asked.axis.loop) == bytes((followed if follows else untouched).axis.loop)
+    assert bytes(followed.axis.loop) != bytes(untouched.axis.loop)
+
+
 def sweeping(w, radian):
     """At the sweep's last millisecond; the response by radian is half of this, its mean over eight angles 4/8 of it."""
     s = w.axis.injection

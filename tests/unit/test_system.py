@@ -91,10 +91,16 @@ def test_the_core_is_set_up(device, system):
 
 @pytest.mark.parametrize("found, left", ((0, 1), (1, 1), (2, 2), (3, 3)))
 def test_a_watchdog_that_a_probe_has_switched_off_is_switched_on(device, system, found, left):
-    """And refreshed behind that; what a design has chosen stays."""
+    """And refreshed behind that; what a design has chosen stays. At boot, and later by the slow loop, which refreshes nothing
+    else."""
     device.sysreg.WDOG_CR = found
     system.boot_core()
     assert device.sysreg.WDOG_CR == left and device.watchdog.WDOGREFRESH == KEY
+    device.sysreg.WDOG_CR, device.watchdog.WDOGREFRESH, system.axes[0].fabric_doubt = found, 0, 0xD0B7FABC
+    system.handlers_start_scope()
+    for system.axes[0].time_ms in range(8):
+        system.Timer1_IRQHandler()
+    assert device.sysreg.WDOG_CR == left and device.watchdog.WDOGREFRESH == (KEY if found == 0 else 0)
 
 
 @pytest.mark.parametrize("word", (0, 1, 7, 2047))

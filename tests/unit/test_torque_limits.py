@@ -262,13 +262,13 @@ def test_while_braking_voltages_are_too_long_no_torque_grows(c, machines):
     """It does where they are short, and where the motor drives; less torque is there at once."""
     _, tuning, torque = machines["salient"]
 
-    def asked(wish, last, length_q15):
+    def asked(wish, last, length_q15, vbus_q15=12000):
         loop = c.current_loop()
         c.current_loop_init(loop)
         c.torque_reset(torque)
         loop.pll.speed_q32 = 8000 * 8192
         loop.v_q_q15, torque.torque_q15 = length_q15, last
-        c.torque_measure(torque, loop, tuning, 12000)
+        c.torque_measure(torque, loop, tuning, vbus_q15)
         torque.limits.low, torque.limits.high = -8000, 8000
         c.torque_ask(torque, loop, tuning, wish)
         return torque.torque_q15
@@ -276,3 +276,7 @@ def test_while_braking_voltages_are_too_long_no_torque_grows(c, machines):
     assert asked(-4000, -500, 2000) < -500 and asked(4000, 500, 14000) > 500
     assert asked(-4000, -500, 14000) == pytest.approx(-500, abs=2)
     assert asked(0, -500, 14000) == 0
+    for vbus_q15 in (12000, 13000):  # what grows is as fast as the reserve of the bus can move its current
+        slew_q15 = c.flux_limit_slew_q15(tuning, vbus_q15)
+        assert asked(8000, 500, 14000, vbus_q15) == pytest.approx(500 + slew_q15, abs=5)
+        assert asked(-8000, -500, 2000, vbus_q15) == pytest.approx(-500 - slew_q15, abs=5)

@@ -259,3 +259,18 @@ def test_what_is_told_of_motor_and_loops_does_not_keep_it_from_beginning(c):
     p.angle_source = 1
     assert c.identify_begin(d, p).error == c.ERROR_NONE and d.running
     assert d.tuning.angle_source == 0, "no observer of a motor that nobody knows"
+
+
+@pytest.mark.parametrize("emf_percent, counts", ((-101, False), (-49, True), (49, True)))
+@pytest.mark.parametrize("phase, way", enumerate((1, -1, 1, -1, 0)))
+def test_the_rotor_is_pushed_forth_back_forth_and_stopped(c, begun, phase, way, emf_percent, counts):
+    """From half of the largest EMF of one way to all of the other, what pushes back and forth is summed up."""
+    io, most_q15 = measuring(c, begun, "PUSH"), 13670 // 25
+    begun.work, begun.phase, begun.phase_ms = c.identify_work(), phase, 1
+    push, loop = begun.work.push, io.loop.contents
+    loop.vbus_q15, io.speed.contents.estimate.speed_rpm_q15 = 13670, 100
+    push.i_q15, push.emf_q18 = 1000, (way or 1) * emf_percent * most_q15 * 8 // 100
+    c.identify_measure_push(begun, io)
+    pushed = loop.i_q_ref_q15
+    assert (pushed > 0) - (pushed < 0) == way and (phase == 0 or abs(pushed) == 1000 * abs(way))
+    assert [run.count for run in push.run] == [int(counts and phase == 1), int(counts and phase == 2)]

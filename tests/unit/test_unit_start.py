@@ -85,6 +85,12 @@ def test_wrong_pole_pairs_are_named_with_those_that_fit(c, named):
                 assert verdict.encoder_counts == pytest.approx(10000 * told / p, rel=0.012, abs=3) or told * 10000 / p > 65536
 
 
+@pytest.mark.parametrize("ratio, pairs", ((4.86, 5), (4.83, 0), (5.14, 5), (5.17, 0)))
+def test_pole_pairs_are_named_where_they_are_whole_to_a_tenth(c, named, ratio, pairs):
+    verdict = named(ratio, 10000, 2, 10000)
+    assert verdict.pole_pairs == pairs and verdict.verdict == (c.ENCODER_POLE_PAIRS if pairs else c.ENCODER_COUNTS)
+
+
 def test_wrong_counts_are_named_with_those_that_fit(c, named):
     for p in range(1, 51):
         for n in (2048, 4000, 10000):

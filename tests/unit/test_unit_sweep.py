@@ -54,6 +54,12 @@ def run_current(c, axis, sweep, axes="q", base=0, overwritten=0, missed=()):
     return swept(c, sweep)
 
 
+def test_a_sweep_begins_at_the_crest(c, bench):
+    _, sweep = bench
+    begin(c, sweep, "Q")
+    assert sweep.cos_q15 == 32768
+
+
 @pytest.mark.parametrize("axes, base, overwritten", (("q", 0, 0), ("d", 0, 0), ("q", 5000, 20), ("d", -3000, 20)))
 def test_the_closed_loop_of_a_current(c, bench, axes, base, overwritten):
     axis, sweep = bench

@@ -20,7 +20,7 @@ UNIT_SRC := $(filter-out %/device.c %/contract.c, \
 # the console on a person's side, and on the device's what stands at registers' own addresses
 UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
 UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/monitor/device.c drivers/mss/sysreg.c \
-    $(addprefix drivers/mss/,cache.c timer.c gpio.c mmuart.c rs485.c) \
+    $(addprefix drivers/mss/,cache.c can.c timer.c gpio.c mmuart.c rs485.c) \
     $(addprefix tests/unit/host/,interrupt.c system/*.c))
 
 unit: $(addprefix $(BUILD)/tests/unit/,firmware.so system.so two_axes.so two_axes_buses.so)
