@@ -14,16 +14,17 @@
 #define SIGNALS_MOST 8u /* at a time */
 
 enum signal_format {
-    SIGNAL_CURRENT,  /* Q15 of i_range: A */
-    SIGNAL_VOLTAGE,  /* Q15 of v_range: V */
-    SIGNAL_STEPS,    /* steps of the loop's voltage: % of the bus */
-    SIGNAL_ANGLE,    /* 2^32 is a turn: degrees, -180...180 */
-    SIGNAL_TURNING,  /* 2^32 is a turn a sample: Hz */
-    SIGNAL_RPM_Q4,   /* rpm */
-    SIGNAL_RPM_Q16,  /* rpm */
-    SIGNAL_COUNTS,   /* of the encoder */
-    SIGNAL_NUMBER,   /* a number without a unit, bits, or a state */
-    SIGNAL_KELVIN_Q4 /* degC */
+    SIGNAL_CURRENT,   /* Q15 of i_range: A */
+    SIGNAL_VOLTAGE,   /* Q15 of v_range: V */
+    SIGNAL_STEPS,     /* steps of the loop's voltage: % of the bus */
+    SIGNAL_ANGLE,     /* 2^32 is a turn: degrees, -180...180 */
+    SIGNAL_TURNING,   /* 2^32 is a turn a sample: Hz */
+    SIGNAL_RPM_Q4,    /* rpm */
+    SIGNAL_RPM_Q16,   /* rpm */
+    SIGNAL_COUNTS,    /* of the encoder */
+    SIGNAL_NUMBER,    /* a number without a unit, bits, or a state */
+    SIGNAL_KELVIN_Q4, /* degC */
+    SIGNAL_WORD       /* of RAM, whatever it means: in thousandths, so that a level reaches all its bits */
 };
 
 struct signal_info {
@@ -35,16 +36,19 @@ struct signal_info {
     bool turned; /* its sign is the operator's forward (axis_forward()), not the machine's */
 };
 
+/* A word that need not be aligned: one load all the same. */
+typedef const volatile int32_t __attribute__((aligned(1))) signal_word;
+
 /* Where a signal is read. `added` is never NULL: it may point to a word that is 0. */
 struct signal_source {
-    const volatile int32_t *word;
+    signal_word *word;
     const volatile int32_t *added;
 };
 
-/* Which are chosen: places in signal_table. */
+/* Which are chosen: places in signal_table, or addresses of words of RAM, which need not be aligned. */
 struct signal_choice {
     uint32_t count; /* 1...SIGNALS_MOST */
-    uint8_t which[SIGNALS_MOST];
+    uint32_t which[SIGNALS_MOST];
 };
 
 /* A value in thousandths of its unit is raw * milli / per; less than 0 where the signs are opposite. */
@@ -56,11 +60,17 @@ struct signal_scale {
 extern const struct signal_info signal_table[];
 extern const size_t signal_count;
 
-/* The place of the name of `length` characters at `name`; signal_count if there is none. Thread. */
-size_t signal_find(const char *name, size_t length);
+/* Of a place or an address. Any context. */
+const struct signal_info *signal_of(uint32_t which);
+
+/*
+ * The place of the name of `length` characters at `name`, or the address that "@2000a1bc" or "@a1bc" is; signal_count if it is
+ * neither. Thread.
+ */
+uint32_t signal_find(const char *name, size_t length);
 
 /* `nothing` is a word that is and stays 0. Thread. */
-struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing);
+struct signal_source signal_source(uint32_t which, const struct axis *a, const int32_t *nothing);
 
 /* With the present ranges. Thread. */
 struct signal_scale signal_scale(const struct signal_info *info, const struct axis *a);
