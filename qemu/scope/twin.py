@@ -15,6 +15,7 @@ from pathlib import Path
 from launcher.console import LEAD_S, PACE_S, prepared
 from launcher.drive import preamble
 from launcher.errors import LauncherError
+from launcher.paths import build_dir
 from launcher.qemu import progress_s, reason, start, tail
 
 # what the page may do to the plant: names and arguments as in docs/motors.md, and what they are for people
@@ -36,6 +37,7 @@ class Twin:
 
     def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, modbus="", **plant):
         self._arguments = (motor, seed, build, qemu, out_dir, modbus, plant)
+        self.elf = build_dir(build) / "mssfoc.elf"
         self.title, self._ticks, self._worked_s, self._held = "", [], 0.0, False
 
     async def open(self):

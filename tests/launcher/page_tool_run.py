@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from browser import browsed, served
+from browser import CAPACITY, browsed, served
 
 from scope import words
 from param_rows import param_rows, remarks, texts
@@ -399,6 +399,49 @@ def test_the_shaft_turns_as_long_as_a_button_is_held(page):
     page.script("release()")
     page.click("#stop")
     page.wait(lambda: page.state() == "switch on disabled")
+
+
+# ---- variables of the image ----
+
+def test_a_variable_is_found_while_typing_and_shown_as_number_plot_and_trigger(page, downloads):
+    name, speed = "axes[0].speed.integral_q29", "axes[0].speed.speed_rpm_q4"
+    page.go("captures")
+    page.find("variable").send_keys("speed integ")
+    page.wait(lambda: page.script("return [...$('variable_names').options].map((one) => one.value)")[:1] == [name])
+    assert "s32" in page.script("return $('variable_names').options[0].label")
+    for one in (name, speed, "axes[0].state"):
+        page.type("#variable", one), page.click("#variable_show")
+    shown = ("return Object.fromEntries([...$('variables').rows].map((row) =>"
+             " [...row.cells].slice(0, 2).map((cell) => cell.textContent)))")
+    page.wait(lambda: page.script(shown).get("axes[0].state") == "switch on disabled")
+    chosen = page.script("return live.names")
+    for one in ("axes[0].state", name, speed):
+        page.type("#variable", one), page.click("#variable_plot")
+        page.wait(lambda one=one: page.script("return live.names.includes(arguments[0]) && live.rows.length > 5", one))
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled" and page.script(shown)["axes[0].state"] == "operation enabled")
+    page.arm(speed, "rises", 123.5)
+    page.script("say('speed 300')")
+    page.wait(lambda: page.script("return captured.rows.length") >= CAPACITY)
+    found = page.captured()
+    assert found[speed][100] >= 123.5 > found[speed][99] and len(set(found[name])) > 3
+    assert set(page.script("return captured.names.map((name, k) => captured.units[k])")) >= {"rpm"}
+    page.type("#capture_kind", "mcap"), page.click("#save_capture")
+    page.wait(lambda: (downloads / "capture.mcap").is_file())
+    assert b'"axes[0].state_text": "operation enabled"' in (downloads / "capture.mcap").read_bytes()
+    page.wait(lambda: abs(page.latest(speed) - 300) < 20)
+    page.wait(lambda: abs(float(page.script(shown)[speed].split(" rpm")[0]) - 300) < 20)
+    integral = float(page.script(shown)[name])
+    assert 0 < abs(integral) < 4, "a fraction, by its name"
+    page.type("#variable", "axes[0].nothing"), page.click("#variable_show")
+    page.wait(lambda: "axes[0].nothing is no number of this image" in page.text("variable_said"))
+    assert set(page.script(shown)) == {name, speed, "axes[0].state"}
+    page.click("#variables button")
+    assert set(page.script(shown)) == {speed, "axes[0].state"}
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
+    page.script("say('scope signals ' + arguments[0])", ",".join(chosen))
+    page.wait(lambda: page.script("return live.names") == chosen)
 
 
 # ---- two tabs ----

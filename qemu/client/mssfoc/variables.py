@@ -32,6 +32,10 @@ class Variable:
     enum: dict   # {number: word} of an enumeration
 
     @property
+    def text(self):
+        return f"variable, {self.type}"
+
+    @property
     def bits(self):
         return int(self.type[1:])
 
