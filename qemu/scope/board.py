@@ -57,7 +57,7 @@ class Board:
             pass  # a line that is broken, which reading finds out
         await asyncio.sleep(CHANGE_S / 2)
 
-    async def disturb(self, name, arguments):
+    async def disturb(self, name, arguments, axis=0):
         return "a board cannot be disturbed from here"
 
     async def close(self):

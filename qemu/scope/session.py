@@ -5,8 +5,9 @@ Pages get messages, dictionaries with a key "kind": hello, samples, status, said
 signals; silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
 {"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "set", "values": {name: value}, "what": ...},
 {"kind": "disturb", ...}, {"kind": "jog", "rpm": ...} as long as a button is held, {"kind": "capture"},
-{"kind": "parameters"} and {"kind": "here"}; of variables of the image {"kind": "find", "text": part of a name}, which is
-answered by "found", and {"kind": "watch", "names": [...]}, from when on "values" come with each status.
+{"kind": "parameters"}, {"kind": "axis", "number": 2}, which is for all pages, and {"kind": "here"}; of variables of the image
+{"kind": "find", "text": part of a name}, which is answered by "found", and {"kind": "watch", "names": [...]}, from when on
+"values" come with each status.
 All see what one commands; "own" is true for that one.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
 stops it. Of a session that is killed the drive itself finds out: limit.py.
@@ -44,6 +45,13 @@ def _age_s(status, fault):
     return 0.0 if up is None or at is None else max(0.0, up - at)
 
 
+def _short(lines):
+    """Of an axis that may not be the chosen one."""
+    found = texts.fields(lines)
+    return {"state": found.get("state", ""), "fault": found.get("fault", "none"), "owner": found.get("commanded by", "nobody"),
+            "rpm": texts.number(found.get("speed", ""), "rpm")}
+
+
 def _rounded(one):
     """From raw to what a page gets of a signal or a variable."""
     digits = 12 if hasattr(one, "enum") else 6
@@ -59,6 +67,7 @@ class Session:
         self._watched = {}  # page: names of variables
         self._fault, self._hint, self._since = "none", [], ""
         self._silent, self._last_said = None, ""
+        self._axis, self._states = 0, []  # the one that the console has chosen: lines without a number are for it
         self._ending, self._tasks = asyncio.Event(), []
 
     async def open(self):
@@ -71,6 +80,7 @@ class Session:
                 raise DriveError(f"'{line}': {' '.join(answer)}")
         if "state" in texts.fields(await self.drive.ask("axis 2 status")):
             self._axes = ("axis 1 ", "axis 2 ")
+            await self.drive.ask("axis 1")
         await self._limit.lend(self._axes)
         await self.drive.know_image(self.far.elf)
         await self._read_signals()
@@ -109,7 +119,7 @@ class Session:
         self.pages[page] = [send, time.monotonic()]
         send({"kind": "hello", "title": self.far.title, "twin": self.far.name == "twin", "every_ms": EVERY_MS,
               "disturbances": getattr(self.far, "disturbances", {}), "signals": self._told_signals(),
-              "chosen": list(self.chosen),
+              "chosen": list(self.chosen), "axis": self._axis + 1,
               "words": words.parameters(), "steps": words.identify_steps()})
         if self._silent:
             send(self._silent)
@@ -146,11 +156,13 @@ class Session:
                 self._find(page, str(message.get("text", "")))
             elif kind == "watch":
                 await self._watch_variables(page, [str(name) for name in message.get("names", [])])
+            elif kind == "axis":
+                await self._choose(page, message.get("number"))
             elif kind == "parameters":
                 await self._tell_parameters()
             elif kind == "disturb":
                 asked = str(message.get("line", "")).split()
-                wrong = await self.far.disturb(asked[0], asked[1:]) if asked else "what?"
+                wrong = await self.far.disturb(asked[0], asked[1:], self._axis) if asked else "what?"
                 self._answer(page, f"twin: {' '.join(asked)}", [f"error: {wrong}" if wrong else "ok"])
         except DriveError as error:
             self._answer(page, str(message.get("line", kind)), [f"error: {error}"])
@@ -250,18 +262,35 @@ class Session:
         if (answer := await self._begun(self._jog.hold(rpm))) is not None:
             self._answer(page, f"speed {rpm}", answer)
 
-    async def _brake(self, page):
-        """Quick stop where there is operation to be stopped, off in every other state. One that is silent may still hear."""
-        if self._silent:
-            line = "quickstop" if self.state.startswith("operation enabled") else "off"
-            await self.drive.shout(line)
-            self._answer(page, line, ["sent; the drive does not answer"])
+    async def _choose(self, page, number):
+        """The other axis, with all that is shown; the scope goes with it, or refuses."""
+        if number not in range(1, len(self._axes) + 1):
+            self._answer(page, f"axis {number}", ["error: there is no such axis"])
             return
-        for line in ("quickstop", "off"):
-            answer = await self.drive.ask(line)
-            self._answer(page, line, answer)
-            if answer == ["ok"]:
-                return
+        await self._jog.hold(0)
+        answer = await self.drive.ask(f"axis {number}")
+        self._answer(page, f"axis {number}", answer)
+        if answer == ["ok"]:
+            self._axis, self._fault = number - 1, ""
+            self._tell({"kind": "axis", "number": number})
+            await self._tell_parameters()
+            self._tell({"kind": "chosen", "chosen": list(self.chosen)})
+            await self._look()
+
+    async def _brake(self, page):
+        """Quick stop where there is operation to be stopped, off in every other state, of each axis. One that is silent may
+        still hear."""
+        for axis, state in zip(self._axes, self._states or [""] * len(self._axes)):
+            if self._silent:
+                line = f"{axis}quickstop" if state.startswith("operation enabled") else f"{axis}off"
+                await self.drive.shout(line)
+                self._answer(page, line, ["sent; the drive does not answer"])
+                continue
+            for line in (f"{axis}quickstop", f"{axis}off"):
+                answer = await self.drive.ask(line)
+                self._answer(page, line, answer)
+                if answer == ["ok"]:
+                    break
 
     # ---- the drive ----
 
@@ -322,15 +351,18 @@ class Session:
                 self._tell(dict(self._silent))
 
     async def _look(self):
-        lines = await self.drive.ask("status")
-        state = dict(line.split(": ", 1) for line in lines if ": " in line)
-        fault = state.get("fault", "none")
+        every, chosen = [await self.drive.ask(f"{axis}status") for axis in self._axes], self._axis
+        told = [_short(lines) for lines in every]
+        lines, fault = every[chosen], told[chosen]["fault"]
         if fault != self._fault:
-            self._hint = await self.drive.ask("fault") if fault != "none" else []
+            self._hint = await self.drive.ask(f"{self._axes[chosen]}fault") if fault != "none" else []
             self._since = time.strftime("%H:%M:%S", time.localtime(time.time() - _age_s(lines, self._hint)))
-        self._fault, self.state = fault, state.get("state", "")
+        self._states = [one["state"] for one in told]
+        if chosen != self._axis:
+            return  # another one since
+        self._fault, self.state = fault, self._states[chosen]
         capture = next((line for line in await self.drive.ask("scope") if line.startswith("capture: ")), "")
-        self._tell({"kind": "status", "lines": lines, "state": self.state, "fault": fault, "hint": self._hint,
+        self._tell({"kind": "status", "axes": told, "lines": lines, "state": self.state, "fault": fault, "hint": self._hint,
                     "since": self._since, "capture": capture.removeprefix("capture: "), "damaged": self.drive.damaged})
         await self._tell_values()
 

@@ -26,6 +26,7 @@ const takes = {
     $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
     if (message.twin) $("disturbance").onchange();
     parameters.words = message.words;
+    now.axis = message.axis;
     setup.steps = message.steps;
     list(message.signals);
     $("trigger").value = "i_q";
@@ -38,6 +39,14 @@ const takes = {
   signals(message) { list({ ...signals, ...message.signals }); },
   found(message) { foundVariables(message); },
   values({ values }) { valuesCame(values); },
+  axis({ number }) {
+    Object.assign(now, { axis: number, state: "" });
+    state = ""; // until the next status
+    showState("-", "-");
+    allow();
+    Object.assign(parameters, { known: new Map(), undo: [] }); // the other's
+    undoable();
+  },
   chosen(message) { watch(message.chosen); },
   samples({ rows }) { samplesCame(rows); },
   status(message) {

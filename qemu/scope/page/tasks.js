@@ -63,7 +63,8 @@ function showNumbers(lines) {
 
 const WORDS = { "switch on disabled": "OFF", "operation enabled": "ON", "quick stop active": "BRAKES", "fault": "FAULT",
   "fault reaction active": "FAULT", "not ready to switch on": "WAITS" };
-const now = { state: "", fault: "none", owner: "nobody" };
+const now = { state: "", fault: "none", owner: "nobody", axis: 1 };
+const wordOf = (state, fault) => (fault === "none" ? WORDS[state] || "STARTS" : "FAULT");
 
 function showState(word, text) {
   $("word").textContent = word;
@@ -71,10 +72,22 @@ function showState(word, text) {
   $("state").textContent = text;
 }
 
-function stateCame({ state, fault, lines, hint, since }) {
+// Of a drive with two: state, speed and owner of each, and which one the page is for.
+function showAxes(axes) {
+  $("axes").hidden = axes.length < 2;
+  axes.forEach(({ state: one, fault, owner, rpm }, k) => {
+    const button = $("axes").children[k] || $("axes").appendChild(element("button", {
+      onclick: () => send({ kind: "axis", number: k + 1 }) }));
+    button.textContent = `axis ${k + 1}: ${wordOf(one, fault)}, ${places(rpm, 0)} rpm, ${owner}`;
+    button.setAttribute("aria-pressed", String(k + 1 === now.axis));
+  });
+}
+
+function stateCame({ state, fault, lines, hint, since, axes = [] }) {
   const owner = lines.find((line) => line.startsWith("commanded by: "))?.slice(14) ?? "nobody";
   Object.assign(now, { state, fault, owner });
-  showState(fault === "none" ? WORDS[state] || "STARTS" : "FAULT", `${state}${fault === "none" ? "" : `, fault: ${fault}`}`);
+  showAxes(axes);
+  showState(wordOf(state, fault), `${state}${fault === "none" ? "" : `, fault: ${fault}`}`);
   $("owner").textContent = owner;
   $("take").hidden = ["nobody", "the console"].includes(owner);
   $("take").textContent = `take over from ${owner}`;
