@@ -500,5 +500,49 @@ def test_a_bode_plot_of_the_running_drive(page):
     page.wait(lambda: page.text("state") == "switch on disabled")
 
 
+def test_where_dead_time_lowers_the_gain_is_told(page):
+    """By formulas: 3 dB less than the integrator that is designed between 200 and 800 Hz. And of the drive, at rest."""
+    rows = """parameters.known.set('current_bw_hz', { value: 1000 }); parameters.known.set('i_range_ma', { value: 32000 });
+        const rows = [...Array(32).keys()].map((k) => { const hz = 100 * 80 ** (k / 31), db = 20 * Math.log10(1000 / hz);
+        return [hz, 0, 0, db - (hz > 200 && hz < 800 ? 3 : 0.5), 0]; });"""
+    told = page.script(rows + "return [['q', 0.4, 0.1], ['q', 0.4, 3], ['speed', 1, 0]]"
+                       ".map((one) => deadTimeTold(rows, ...one))")
+    assert re.match(r"Dead time lowers the gain from 2[0-3]\d Hz to 7\d\d Hz, most by 3.0 dB at [2-7]\d\d Hz: phase", told[0])
+    assert "more than 900 mA in the phases" in told[0] and "beyond 500 mA, dead time is compensated in full" in told[1]
+    assert told[2] == ""
+    assert page.script(rows + "rows.forEach((row) => { row[3] += 4; });"
+                       "return deadTimeTold(rows, 'd', 1, 0)").startswith("Though")
+    page.script("send({ kind: 'parameters' })")
+    assert re.match(r"Dead time lowers the gain from \d+ Hz to [\d.]+ kHz, most by [2-4]\.\d dB at", page.text("bode_dead"))
+    assert page.script("return bode.graphs.map((graph) => graph.getLabels().slice(1))") == [
+        ["closed", "open", "designed"], ["closed", "open"]]
+
+
+def test_a_step_response(page):
+    """An exponential of 1 ms rises from 10 to 90 % within ln 9 ms; and of the drive, in the task where one tunes."""
+    read = """const rows = [...Array(400).keys()].map((k) => [k * 1e-4 - 0.005, k < 50 ? 2 : 4,
+        k < 50 ? 2 : 4 - 2 * Math.exp(-(k - 50) * 0.1) + (k === 200 ? 0.2 : 0)]); return stepRead(rows)"""
+    found = page.script(read)
+    assert found["rise"] == pytest.approx(np.log(9) / 1000, rel=0.01) and found["over"] == pytest.approx(10, abs=0.1)
+    assert found["settles"] == pytest.approx(0.015, abs=2e-4)
+    page.go("tune")
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled")
+    for kind, size, least_s, most_s in (("torque", 2, 1e-4, 6e-4), ("speed", 300, 0.005, 0.5)):
+        page.script("$('step_kind').value = arguments[0]; $('step_kind').onchange(); $('step_size').value = arguments[1];"
+                    "$('step_said').textContent = ''; $('step_run').requestSubmit()", kind, size)
+        page.wait(lambda: page.text("step_said").startswith("rises"))
+        rows = page.script("return step.plots.rows")
+        assert rows[0][1] == pytest.approx(0, abs=0.05 * size) and rows[-1][1] == pytest.approx(size, rel=0.01)
+        assert least_s < page.script("return stepRead(step.plots.rows)")["rise"] < most_s, kind
+        assert page.find("stepped").is_displayed() and not page.find("bode").is_displayed()
+        page.script("say('speed 0')")
+        page.wait(lambda: abs(float(re.search(r"speed: (-?[\d.]+)", page.text("turning"))[1])) < 15)
+    page.click("#bode_read")
+    page.wait(lambda: page.find("bode").is_displayed() and not page.find("stepped").is_displayed())
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
+
+
 def test_the_browser_found_nothing_wrong(page):
     assert not [entry for entry in page.browser.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]

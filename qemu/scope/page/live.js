@@ -52,6 +52,7 @@ function captureCame(message) {
     names: message.names, units: unitsOf(message.names), steps: stepsOf(message.names),
     rows: message.rows.map((row, i) => [+((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row]),
   });
+  stepCame(captured);
   drawCapture();
   $("captured").dataset.samples = captured.rows.length;
   offer();

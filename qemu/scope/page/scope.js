@@ -85,6 +85,7 @@ const takes = {
     setupAnswered(line, lines);
     bodeAnswered(line, lines);
     if (own) variablesAnswered(line, lines);
+    if (own) stepAnswered(line, lines);
     log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
     if (own) $("last").textContent = `${line}: ${lines[0] ?? ""}${lines.length > 1 ? " ..." : ""}`;
     if (own) $("last").classList.toggle("refusal", Boolean(lines[0]?.startsWith("error")));
