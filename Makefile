@@ -108,7 +108,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything best-loop best-loop-twin recordings dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything best-loop best-loop-twin recordings dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -263,12 +263,6 @@ scope: tools-page $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py scope
 
-scope-pictures: tools-browser
-	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
-	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/page_run.py
-	cp $(BUILD)/scope/page.png docs/scope.png
-	cp $(BUILD)/scope/phone.png docs/scope-phone.png
-
 console debug: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
@@ -310,9 +304,10 @@ guides: tools-test
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin explore-program
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
-pictures: tools-run
+pictures: tools-run tools-browser
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/guides/pictures.py
+	@$(PYTHON) tests/launcher/page_pictures.py
 
 compile_commands.json: tools-run
 	@$(MAKE) --no-print-directory -nB all twin BUILD=$(BUILD) NO_INSTALL=1 | $(PYTHON) tests/tools/compile_commands.py $@
@@ -433,8 +428,7 @@ for developers
   make compile_commands.json   how each file is compiled, for editors
   make registers               the fabric's registers for C, Verilog and debuggers, into $(BUILD)/fabric/
   make site                    the documents as pages with a search, build/site/index.html
-  make pictures                those of docs/guides/tuning.md
-  make scope-pictures          the test of the page in the browser, and its pictures into docs/
+  make pictures                those of docs/guides/tuning.md and of the page in the browser, which README shows moving
   make tools                   install what is missing (NO_INSTALL=1: only list it)
 endef
 

@@ -169,6 +169,7 @@ static inline uint32_t startup_exception_number(void)
 
 extern uint32_t link_ram_start[];         /* first byte of eSRAM in use */
 extern uint32_t link_ram_end[];           /* one past its last */
+extern uint32_t link_data_start[];        /* behind the stacks: variables */
 extern uint32_t link_stack_guard_start[]; /* the guard below the main stack, aligned to its power-of-two size */
 extern uint32_t link_stack_limit[];       /* end of the guard = lowest word the main stack may use */
 extern uint32_t link_stack_top[];         /* initial main stack pointer */

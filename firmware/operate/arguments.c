@@ -57,7 +57,7 @@ static bool read_fault(const char *word, int32_t *value)
 static bool read_signal(const char *word, int32_t *value)
 {
     *value = (int32_t)signal_find(word, text_length(word));
-    return *value != (int32_t)signal_count;
+    return (uint32_t)*value != signal_count;
 }
 
 static bool read_stream_ms(const char *word, int32_t *value)

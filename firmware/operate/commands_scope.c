@@ -56,10 +56,36 @@ static const char *const cause_texts[] = {"", " by the signal", " by a fault", "
 
 /* ---- state ---- */
 
+static void put_name(struct session *s, uint32_t which)
+{
+    if (which < signal_count) {
+        text_put(&s->out, signal_table[which].name);
+    } else {
+        text_print(&s->out, "@%08x", which);
+    }
+}
+
 static void put_names(struct session *s, const struct signal_choice *choice, const char *between)
 {
     for (uint32_t i = 0; i < choice->count; i++) {
-        text_print(&s->out, "%s%s", i > 0u ? between : "", signal_table[choice->which[i]].name);
+        text_put(&s->out, i > 0u ? between : "");
+        put_name(s, choice->which[i]);
+    }
+}
+
+static void put_scales(struct session *s, const struct signal_choice *choice)
+{
+    for (uint32_t i = 0; i < choice->count; i++) {
+        const struct signal_scale scale = signal_scale(signal_of(choice->which[i]), s->axis);
+        text_print(&s->out, "%s%d/%u", i == 0u ? "\n" : " ", scale.milli, scale.per);
+    }
+    text_put(&s->out, "\n");
+}
+
+static void put_values(struct session *s, const int32_t *values, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        text_print(&s->out, i + 1u < count ? "%d " : "%d\n", values[i]);
     }
 }
 
@@ -83,11 +109,13 @@ static enum capture_when when_directed(enum capture_when when, const struct sign
 static void put_trigger(struct session *s)
 {
     const struct capture *const c = &s->scope->capture;
-    const struct signal_info *const info = &signal_table[s->scope->trigger_on];
+    const struct signal_info *const info = signal_of(s->scope->trigger_on);
     if (c->when == CAPTURE_NEVER) {
         text_put(&s->out, "trigger: never");
     } else {
-        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[when_directed(c->when, info, s->axis)],
+        text_put(&s->out, "trigger: ");
+        put_name(s, s->scope->trigger_on);
+        text_print(&s->out, " %s %.3d %s", when_words[when_directed(c->when, info, s->axis)],
                    signal_milli(signal_scale(info, s->axis), c->level), signal_unit(info->format));
     }
     text_print(&s->out, ", before: %u of %u samples\n", c->before, scope_capacity(s->scope));
@@ -118,20 +146,14 @@ static void put_heading(struct session *s, enum scope_record record, const struc
                extent->samples, extent->trigger, fault ? 1u : s->scope->every, fault ? 1u : s->scope->rate_of,
                fault ? 0u : s->scope->dropped, fault ? 0u : s->scope->late);
     put_names(s, extent->choice, " ");
-    for (uint32_t i = 0; i < extent->words; i++) {
-        const struct signal_scale scale = signal_scale(&signal_table[extent->choice->which[i]], s->axis);
-        text_print(&s->out, "%s%d/%u", i == 0u ? "\n" : " ", scale.milli, scale.per);
-    }
-    text_put(&s->out, "\n");
+    put_scales(s, extent->choice);
 }
 
 static void put_sample(struct session *s, enum scope_record record, uint32_t first, uint32_t words)
 {
     int32_t values[SIGNALS_MAX];
     (void)scope_read(s->scope, record, first, values, words);
-    for (uint32_t i = 0; i < words; i++) {
-        text_print(&s->out, i + 1u < words ? "%d " : "%d\n", values[i]);
-    }
+    put_values(s, values, words);
 }
 
 /*
@@ -191,17 +213,19 @@ static bool parse_choice(struct session *s, char *names, struct signal_choice *c
             length++;
         }
         const bool last = name[length] == '\0';
-        const size_t found = signal_find(name, length);
+        const uint32_t found = signal_find(name, length);
         name[length] = '\0';
-        if (found == signal_count) {
-            answer_error(s, name, "no such signal; 'scope list' has them, separate them by commas only");
+        if (!scope_knows(s->scope, found)) {
+            answer_error(s, name,
+                         name[0] == '@' ? "not in the RAM that may be read"
+                                        : "no such signal; 'scope list' has them, separate them by commas only");
             return false;
         }
         if (choice->count == SIGNALS_MAX) {
             answer_error(s, name, "is one too many; 8 signals at most");
             return false;
         }
-        choice->which[choice->count++] = (uint8_t)found;
+        choice->which[choice->count++] = found;
         name = last ? NULL : name + length + 1;
     }
     return true;
@@ -212,6 +236,22 @@ static void set_signals(struct session *s, char *names)
     struct signal_choice choice = {0};
     if (parse_choice(s, names, &choice)) {
         answer(s, outcome_of(scope_choose(s->scope, &choice)));
+    }
+}
+
+/* What they are now, and no capture or stream is touched. */
+static void show_values(struct session *s, char *names)
+{
+    struct signal_choice choice = {0};
+    int32_t values[SIGNALS_MAX];
+    if (parse_choice(s, names, &choice)) {
+        for (uint32_t i = 0; i < choice.count; i++) {
+            const struct signal_source source = signal_source(choice.which[i], s->axis, &s->scope->zero);
+            signals_copy(&source, 1u, &values[i]);
+        }
+        put_names(s, &choice, " ");
+        put_scales(s, &choice);
+        put_values(s, values, choice.count);
     }
 }
 
@@ -236,6 +276,8 @@ static void run_scope_set(struct session *s, const struct arguments *a)
     uint32_t value;
     if (text_equal(a->word[1], "signals")) {
         set_signals(s, a->word[2]);
+    } else if (text_equal(a->word[1], "values")) {
+        show_values(s, a->word[2]);
     } else if (text_equal(a->word[1], "every")) {
         if (read_within(s, a->word[2], 1u, SCOPE_EVERY_MAX, &value)) {
             answer(s, outcome_of(scope_set_every(s->scope, value)));
@@ -247,7 +289,8 @@ static void run_scope_set(struct session *s, const struct arguments *a)
     } else if (text_equal(a->word[1], "trigger") && text_equal(a->word[2], when_words[CAPTURE_NEVER])) {
         answer(s, outcome_of(scope_set_trigger(s->scope, s->scope->trigger_on, CAPTURE_NEVER, 0)));
     } else {
-        answer_error(s, a->word[1], "not one of signals A,B,..., every TICKS, before SAMPLES, trigger never");
+        answer_error(s, a->word[1],
+                     "not one of signals A,B,..., values A,B,..., every TICKS, before SAMPLES, trigger never");
     }
 }
 
@@ -255,7 +298,11 @@ static void run_scope_trigger(struct session *s, const struct arguments *a)
 {
     const uint32_t signal = (uint32_t)a->value[2];
     const enum capture_when when = (enum capture_when)(CAPTURE_ABOVE + a->value[3]);
-    const struct signal_info *const info = &signal_table[signal];
+    const struct signal_info *const info = signal_of(signal);
+    if (!scope_knows(s->scope, signal)) {
+        answer_error(s, a->word[2], "not in the RAM that may be read");
+        return;
+    }
     const int32_t level = signal_raw(signal_scale(info, s->axis), a->value[4]);
     answer(s, outcome_of(scope_set_trigger(s->scope, signal, when_directed(when, info, s->axis), level)));
 }
@@ -280,7 +327,8 @@ const struct command commands_scope[] = {
     {"scope", " trigger SIGNAL above|below|rises|falls VALUE",
      "what begins a capture, besides a fault and 'scope fire'",
      {ARGUMENT_TRIGGER, ARGUMENT_SIGNAL, ARGUMENT_CHOICE, ARGUMENT_DECIMAL}, .run = run_scope_trigger},
-    {"scope", " signals A,B,...|every TICKS|before SAMPLES|trigger never", "what a capture is to hold",
+    {"scope", " signals A,B,...|values A,B,...|every TICKS|before SAMPLES|trigger never",
+     "what a capture is to hold; what they are now; also words of RAM, as @2000a1bc",
      {ARGUMENT_ANY, ARGUMENT_ANY}, .run = run_scope_set},
     {"scope", " list|arm|fire|off|read|fault", "signals there are; a capture; the last one; what the last fault left",
      {ARGUMENT_CHOICE}, .run = run_scope_do},

@@ -139,7 +139,7 @@ _Static_assert(offsetof(struct scope, entry) == 0 && offsetof(struct scope_entry
 static void take_sources(struct scope *s)
 {
     for (uint32_t i = 0; i < s->choice.count; i++) {
-        s->sources[i] = signal_source(&signal_table[s->choice.which[i]], s->axis, &s->zero);
+        s->sources[i] = signal_source(s->choice.which[i], s->axis, &s->zero);
     }
 }
 
@@ -245,7 +245,7 @@ struct outcome scope_arm(struct scope *s)
         return outcome_of(ERROR_FABRIC_DOUBTED);
     }
     scope_off(s);
-    s->watched = signal_source(&signal_table[s->trigger_on], s->axis, &s->zero);
+    s->watched = signal_source(s->trigger_on, s->axis, &s->zero);
     s->capture.words = s->choice.count;
     s->capture.samples = scope_capacity(s);
     s->dropped = 0u;

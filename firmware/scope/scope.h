@@ -200,7 +200,8 @@ struct scope {
     struct signal_choice choice;
     struct signal_source sources[SIGNALS_MAX];
     struct signal_source watched; /* the trigger signal, chosen or not */
-    uint32_t trigger_on;          /* its row in signal_table */
+    uint32_t trigger_on;          /* as in signal_choice */
+    uint32_t ram, ram_end;        /* the addresses that may be read: neither stacks nor their guard */
     uint32_t every;               /* decimation: ticks per stored sample */
     uint32_t due;                 /* tick of the next one */
     uint32_t dropped;             /* samples dropped because the next tick came while they were copied */
@@ -229,6 +230,12 @@ enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when
 enum error scope_attach(struct scope *s, struct axis *axis);
 
 /* ---- a capture. Thread ---- */
+
+/* Whether there is a signal, or a word that may be read. Any context. */
+static inline bool scope_knows(const struct scope *s, uint32_t which)
+{
+    return which < signal_count || (which >= s->ram && which < s->ram_end && s->ram_end - which >= sizeof(int32_t));
+}
 
 /* Samples in a record of the present signals. Any context. */
 static inline uint32_t scope_capacity(const struct scope *s)

@@ -47,9 +47,35 @@ const struct signal_info signal_table[] = {
 
 const size_t signal_count = sizeof signal_table / sizeof signal_table[0];
 
-size_t signal_find(const char *name, size_t length)
+static const struct signal_info word_info = {"word", SIGNAL_WORD, 0u, 0u, false, false};
+
+const struct signal_info *signal_of(uint32_t which)
 {
-    for (size_t i = 0; i < signal_count; i++) {
+    return which < signal_count ? &signal_table[which] : &word_info;
+}
+
+#define RAM 0x20000000u
+
+/* "2000a1bc", or "a1bc" of the same word, so that eight fit on a line; signal_count if it is something else. */
+static uint32_t address_of(const char *digits, size_t length)
+{
+    uint32_t address = 0;
+    for (size_t i = 0; i < length; i++) {
+        const char c = digits[i];
+        if ((c < '0' || c > '9') && (c < 'a' || c > 'f')) {
+            return (uint32_t)signal_count;
+        }
+        address = address << 4 | (uint32_t)(c <= '9' ? c - '0' : c - 'a' + 10);
+    }
+    return length >= 1u && length <= 8u ? RAM | address : (uint32_t)signal_count;
+}
+
+uint32_t signal_find(const char *name, size_t length)
+{
+    if (length > 0u && name[0] == '@') {
+        return address_of(name + 1, length - 1u);
+    }
+    for (uint32_t i = 0; i < signal_count; i++) {
         const char *const known = signal_table[i].name;
         size_t same = 0;
         while (same < length && known[same] != '\0' && known[same] == name[same]) {
@@ -59,11 +85,15 @@ size_t signal_find(const char *name, size_t length)
             return i;
         }
     }
-    return signal_count;
+    return (uint32_t)signal_count;
 }
 
-struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *zero)
+struct signal_source signal_source(uint32_t which, const struct axis *a, const int32_t *zero)
 {
+    if (which >= signal_count) {
+        return (struct signal_source){.word = (signal_word *)(uintptr_t)which, .added = zero};
+    }
+    const struct signal_info *const info = &signal_table[which];
     const char *const base = info->of_fabric ? (const char *)a->fabric : (const char *)a;
     return (struct signal_source){
         .word = (const volatile int32_t *)(const volatile void *)(base + info->offset),
@@ -88,6 +118,7 @@ static const struct {
     [SIGNAL_COUNTS] = {"counts", 1000, 1u, 0u},
     [SIGNAL_NUMBER] = {"none", 1000, 1u, 0u},
     [SIGNAL_KELVIN_Q4] = {"degC", 1000, 16u, 0u},
+    [SIGNAL_WORD] = {"none", 1, 1u, 0u},
 };
 
 struct signal_scale signal_scale(const struct signal_info *info, const struct axis *a)
@@ -127,7 +158,7 @@ struct signal_choice signal_default(void)
                                                    "speed", "speed_ref", "v_q",     "angle"};
     struct signal_choice choice = {.count = SIGNALS_MAX};
     for (size_t i = 0; i < SIGNALS_MAX; i++) {
-        choice.which[i] = (uint8_t)signal_find(names[i], text_length(names[i]));
+        choice.which[i] = signal_find(names[i], text_length(names[i]));
     }
     return choice;
 }

@@ -23,7 +23,8 @@ enum signal_format {
     SIGNAL_RPM_Q16,   /* rpm */
     SIGNAL_COUNTS,    /* of the encoder */
     SIGNAL_NUMBER,    /* a number without a unit, bits, or a state */
-    SIGNAL_KELVIN_Q4  /* degC */
+    SIGNAL_KELVIN_Q4, /* degC */
+    SIGNAL_WORD       /* of RAM, whatever it means: in thousandths, so that a level reaches all its bits */
 };
 
 struct signal_info {
@@ -35,16 +36,19 @@ struct signal_info {
     bool directed; /* its sign follows the operator's direction (axis_forward()), not the machine's */
 };
 
+/* A word that need not be aligned: one load all the same. */
+typedef const volatile int32_t __attribute__((aligned(1))) signal_word;
+
 /* Addresses of a signal. `added` is never NULL: it may point to a word that is 0. */
 struct signal_source {
-    const volatile int32_t *word;
+    signal_word *word;
     const volatile int32_t *added;
 };
 
-/* Chosen signals: rows of signal_table. */
+/* Chosen signals: rows of signal_table, or addresses of words of RAM, which need not be aligned. */
 struct signal_choice {
     uint32_t count; /* 1...SIGNALS_MAX */
-    uint8_t which[SIGNALS_MAX];
+    uint32_t which[SIGNALS_MAX];
 };
 
 /* A value in thousandths of its unit is raw * milli / per; `milli` is negative where the sign is inverted. */
@@ -56,11 +60,17 @@ struct signal_scale {
 extern const struct signal_info signal_table[];
 extern const size_t signal_count;
 
-/* The row of the name of `length` characters at `name`; signal_count if there is none. Thread. */
-size_t signal_find(const char *name, size_t length);
+/* Of a row or an address. Any context. */
+const struct signal_info *signal_of(uint32_t which);
+
+/*
+ * The row of the name of `length` characters at `name`, or the address that "@2000a1bc" or "@a1bc" is; signal_count if it is
+ * neither. Thread.
+ */
+uint32_t signal_find(const char *name, size_t length);
 
 /* `zero`: a word that stays 0. Thread. */
-struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *zero);
+struct signal_source signal_source(uint32_t which, const struct axis *a, const int32_t *zero);
 
 /* With the present ranges. Thread. */
 struct signal_scale signal_scale(const struct signal_info *info, const struct axis *a);

@@ -164,6 +164,8 @@ void I2C1_SMBus_IRQHandler(void)
 void handlers_start_scope(void)
 {
     scope_init(&scope, &axes[0], scoped_tick, &NVIC->ISPR[BOARD_IRQ_SCOPE / 32u], 1u << (BOARD_IRQ_SCOPE % 32u));
+    scope.ram = (uint32_t)(uintptr_t)link_data_start;
+    scope.ram_end = (uint32_t)(uintptr_t)link_ram_end;
     nvic_priority(BOARD_IRQ_SCOPE, CONFIG_PRIORITY_SCOPE);
     nvic_enable(BOARD_IRQ_SCOPE);
 }

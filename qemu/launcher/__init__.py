@@ -7,7 +7,13 @@ Tests use the same path as `make run`:
     result = simulate("default", motor="teknic_m2310p", out_dir=tmp_path)
     result.figures["thd"].value, result.trace["i_a_A"], result.console
 """
-from .errors import LauncherError
-from .simulate import Result, simulate
+import sys
+
+from .paths import QEMU_DIR
+
+sys.path.append(str(QEMU_DIR / "client"))  # mssfoc.dwarf: what an ELF says
+
+from .errors import LauncherError  # noqa: E402
+from .simulate import Result, simulate  # noqa: E402
 
 __all__ = ["LauncherError", "Result", "simulate"]

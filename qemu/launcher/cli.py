@@ -254,8 +254,9 @@ def _scope(options):
     from scope.twin import Twin
     from .simulate import DEFAULT_MOTOR
 
-    far = Board(options.port) if options.port else Twin(_only(options.motor or DEFAULT_MOTOR), options.seed, options.build,
-                                                        options.qemu, options.out, options.modbus, **_plant(options))
+    far = Board(options.port, options.build) if options.port else Twin(
+        _names(options.motor or DEFAULT_MOTOR, "MOTOR"), options.seed, options.build, options.qemu, options.out, options.modbus,
+        **_plant(options))
     return serve(far, options.at, not options.no_browser)
 
 

@@ -42,7 +42,7 @@ def live_console(motor, seed, build=None, qemu=None, scenario=None, console="", 
     twin's bus (can_bus.py); without `console` it is this terminal. `second` is the motor of axis 2, for an image of two; a
     scenario is the first's."""
     terminal = line_chardev(console, "console", "CONSOLE") if console else TERMINAL
-    drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, console=terminal,
+    (drive, _), arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, console=terminal,
                                                           modbus=modbus, can=can, second=second)
     if console:
         where = f"at socket://127.0.0.1:{console[4:]}" if console.startswith("tcp:") else "at the terminal that QEMU names"
@@ -72,7 +72,8 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
 
 def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMINAL, live=False, modbus="",
              can="", out_dir=None, second=""):
-    """What starts a drive that runs until it is ended: (drive, command line, environment, progress file, pipe of live events).
+    """What starts a drive that runs until it is ended: ((drive, the other one or None), command line, environment,
+    progress file, pipe of live events).
 
     live    events come by the pipe, and nobody types the motor's parameters; otherwise there is no pipe
     modbus, can  where the buses are to be had
@@ -92,7 +93,7 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     symbols = Symbols(image.elf)
     check_axes(symbols, 2 if second else 1)
     check_ranges(drive, ranges_of(symbols))
-    other = live_axis(second, seed, symbols, fabric, build, plant) if second else None
+    other = live_axis(second, seed, symbols, fabric, build, plant, live) if second else None
     can_options, can_items = can_chardev(can, build)
     out_dir = _kept(out_dir, can)
     files = prepare(out_dir)
@@ -104,16 +105,18 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
                **envm_files(envm), **chip_items(chip), **bus_files, **can_items}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums, second=other))
     line = command(checked, image, config, console, [*bus_options, *can_options, *extra])
-    return drive, line, checked.environment(), files["progress"], pipe
+    return (drive, other and other.drive), line, checked.environment(), files["progress"], pipe
 
 
-def live_axis(motor, seed, symbols, fabric, build, plant):
-    """Axis 2 of a live drive: its motor's parameters are typed, too."""
+def live_axis(motor, seed, symbols, fabric, build, plant, live=False):
+    """Axis 2 of a live drive: its motor's parameters are typed, too, where the first one's are."""
     drive = load_drive(motor, seed=seed ^ SEED_OF_SECOND, **plant)
     check_ranges(drive, ranges_of(symbols))
     fabric_files(fabric, build, drive, drive)  # refuses a fabric that has one axis only
-    plan = Scenario("live", "live console", None, PREAMBLE_S, [], [])
-    return SimpleNamespace(drive=drive, plan=plan, probes=[], files={}, symbols=symbols.of_axis(1), enums=None)
+    plan = Scenario("live", "live console", None, None if live else PREAMBLE_S, [], [])
+    own = symbols.of_axis(1)
+    probes, enums = make_probes(own, drive) if drive.aligned else ([], None)
+    return SimpleNamespace(drive=drive, plan=plan, probes=probes, files={}, symbols=own, enums=enums)
 
 
 def _kept(out_dir, can):

@@ -10,12 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .dwarf import described
+from mssfoc.dwarf import described, found
+from mssfoc.errors import Refused
+
 from .errors import LauncherError
 from .paths import shown
 
 
 FIRST_AXIS = "axes[0]"
+READ = ("u8", "s8", "u16", "s16", "u32", "s32")  # numbers that the twin reads
 
 
 @dataclass
@@ -40,9 +43,12 @@ class Symbols:
 
     def __init__(self, elf_path):
         self.path = elf_path
-        known = described(elf_path)
+        try:
+            self._known = known = described(elf_path)
+        except Refused as error:
+            raise LauncherError(str(error).replace(str(elf_path), shown(elf_path))) from error
         self.producer = known["producer"]
-        self._functions, self._variables, self._types = known["functions"], known["variables"], known["types"]
+        self._functions, self._types = known["functions"], known["types"]
         self._enums = known["enums"]
         self._segments = [(start, base64.b64decode(data)) for start, data in known["segments"]]
         self._axis = 0
@@ -73,16 +79,9 @@ class Symbols:
         """The Variable of a dotted name, or None when the image has none of that name."""
         if name.startswith(FIRST_AXIS):
             name = f"axes[{self._axis}]{name[len(FIRST_AXIS):]}"
-        head, *members = name.replace("[", ".[").split(".")
-        if head not in self._variables:
-            return None
-        address, kind = self._variables[head]
-        for member in members:
-            step = self._element(kind, member) if member.startswith("[") else self._member(kind, member)
-            if step is None:
-                return None
-            address, kind = address + step[0], step[1]
-        return Variable(name, address, "" if kind is None else self._types[kind]["number"])
+        there = found(self._known, name)
+        kind = None if there is None or there[1] is None else self._types[there[1]]["number"]
+        return there and Variable(name, there[0], kind if kind in READ else "")
 
     def address(self, name):
         """The address of a variable or a function, or a clear line."""
@@ -114,19 +113,6 @@ class Symbols:
         while len(text) < longest and (byte := self._bytes(address + len(text), 1)) not in (None, b"\0"):
             text += byte
         return text.decode("ascii", errors="replace")
-
-    def _member(self, kind, name):
-        return None if kind is None else self._types[kind]["members"].get(name)
-
-    def _element(self, kind, index_text):
-        element = None if kind is None else self._types[kind]["element"]
-        size = None if element is None else self._types[element]["size"]
-        if size is None or not index_text[1:-1].isdigit():
-            return None
-        count = self._types[kind]["count"]
-        if count is not None and int(index_text[1:-1]) >= count:
-            return None
-        return int(index_text[1:-1]) * size, element
 
 
 # column of the trace, variable in the image, what one raw unit is worth, needed for the report

@@ -3,6 +3,7 @@
 import asyncio
 
 from launcher.errors import LauncherError
+from launcher.paths import build_dir
 
 from .drive import CONSOLE_BAUD
 
@@ -12,7 +13,8 @@ CHANGE_S = 0.05
 class Board:
     name = "board"
 
-    def __init__(self, port):
+    def __init__(self, port, build=None):
+        self.elf = build_dir(build) / "mssfoc.elf"
         self.port, self.title, self.lines = port, f"board at {port}", []
 
     async def open(self):
@@ -55,7 +57,7 @@ class Board:
             pass  # a line that is broken, which reading finds out
         await asyncio.sleep(CHANGE_S / 2)
 
-    async def disturb(self, name, arguments):
+    async def disturb(self, name, arguments, axis=0):
         return "a board cannot be disturbed from here"
 
     async def close(self):

@@ -8,6 +8,7 @@ from mssfoc import texts
 from mssfoc.answers import Answers
 from mssfoc.errors import Refused
 from mssfoc.frames import Sample, Splitter
+from mssfoc.variables import Variables
 
 ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
 SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
@@ -18,6 +19,7 @@ ENDS_S = 0.5      # a program that ends lets go of its line first, and then is f
 AGAIN_S = 1.0     # between attempts to open a line that has ended
 KEEP_UP_S = 1.0   # an empty line this often: the stream ends 3 s after the last line (operate/stream.h)
 CONSOLE_BAUD, STREAM_BAUD = 115200, 921600
+WORDS_A_LINE = 8
 
 
 class DriveError(Exception):
@@ -35,6 +37,7 @@ class Drive:
         self._splitter, self._answers, self._text_s = Splitter(), Answers(), 0.0
         self._asked, self._ended, self._busy = False, asyncio.Event(), asyncio.Lock()
         self._tasks = []
+        self.names, self._image = texts.Names(self.variables), None
 
     def start(self):
         self._tasks = [asyncio.ensure_future(self._listen())]
@@ -125,8 +128,25 @@ class Drive:
                 self._asked = False
                 self._answers.give_up()
 
+    def variables(self):
+        """The Variables of the image; raises Refused where there is no ELF of it."""
+        if isinstance(self._image, Variables):
+            return self._image
+        raise self._image or Refused("the image's ELF has not been read")
+
+    async def know_image(self, elf):
+        version = " ".join(await self.ask("version"))
+        try:
+            self._image = await asyncio.to_thread(Variables, elf, version)
+        except Refused as error:
+            self._image = error
+
     async def ask(self, line):
         """The lines of the answer. Raises DriveError when there is none."""
+        try:
+            line = self.names.line(line)
+        except Refused as error:
+            raise DriveError(str(error)) from error
         async with self._busy:
             if reason := self.silent():
                 raise DriveError(f"the drive is silent: {reason}")
@@ -173,8 +193,7 @@ class Drive:
             raise DriveError(str(error)) from error
 
     async def signals(self):
-        """{name: (unit, value of a step, text)}"""
-        return {name: (one.unit, one.step, one.text) for name, one in (await self._parsed("scope list", texts.signals)).items()}
+        return await self._parsed("scope list", texts.signals)
 
     async def chosen(self):
         return await self._parsed("scope", texts.chosen)
@@ -182,6 +201,16 @@ class Drive:
     async def capture(self, what="read"):
         """{"names", "rows" of raw values, "trigger", "per_ms"} of the last capture, or of what the last fault left."""
         return await self._parsed(f"scope {what}", texts.capture)
+
+    async def values(self, names):
+        """{name: value now} of variables."""
+        found = {}
+        for at in range(0, len(names), WORDS_A_LINE // 2):  # one of eight bytes has two words
+            some = {name: self.variables().find(name) for name in names[at:at + WORDS_A_LINE // 2]}
+            lines = await self.ask(f"scope values {','.join(one.words for one in some.values())}")
+            words = map(int, lines[2].split())
+            found |= {name: one.of(*(next(words) for _ in one.words.split(","))) for name, one in some.items()}
+        return found
 
     async def parameters(self):
         """[{"name", "value", "least", "most", "unit"}]"""

@@ -5,7 +5,9 @@ Pages get messages, dictionaries with a key "kind": hello, samples, status, said
 signals; silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
 {"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "set", "values": {name: value}, "what": ...},
 {"kind": "disturb", ...}, {"kind": "jog", "rpm": ...} as long as a button is held, {"kind": "capture"},
-{"kind": "parameters"} and {"kind": "here"}.
+{"kind": "parameters"}, {"kind": "axis", "number": 2}, which is for all pages, and {"kind": "here"}; of variables of the image
+{"kind": "find", "text": part of a name}, which is answered by "found", and {"kind": "watch", "names": [...]}, from when on
+"values" come with each status.
 All see what one commands; "own" is true for that one.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
 stops it. Of a session that is killed the drive itself finds out: limit.py.
@@ -17,6 +19,7 @@ import sys
 import time
 
 from mssfoc import texts
+from mssfoc.errors import Refused
 
 from . import words
 from .drive import KEEP_UP_S, Drive, DriveError
@@ -32,6 +35,8 @@ MOVES = ("on", "take", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "
 CHANGES = ("set", "load", "defaults")  # and `identify use`
 MEANT_FOR_HERE = ("stream",)
 HERE = "the console"
+LINE_MOST = 400      # with names of variables, of which the drive gets the addresses
+WATCHED_MOST = 24    # of a page: each four take a line more
 
 
 def _age_s(status, fault):
@@ -40,14 +45,29 @@ def _age_s(status, fault):
     return 0.0 if up is None or at is None else max(0.0, up - at)
 
 
+def _short(lines):
+    """Of an axis that may not be the chosen one."""
+    found = texts.fields(lines)
+    return {"state": found.get("state", ""), "fault": found.get("fault", "none"), "owner": found.get("commanded by", "nobody"),
+            "rpm": texts.number(found.get("speed", ""), "rpm")}
+
+
+def _rounded(one):
+    """From raw to what a page gets of a signal or a variable."""
+    digits = 12 if hasattr(one, "enum") else 6
+    return lambda word: round(one.of(word), digits)
+
+
 class Session:
     def __init__(self, far):
         self.far, self.pages, self.started = far, {}, False
         self.drive = Drive(far, self._samples, self._said)
         self._jog, self._limit, self._axes = Jog(self.drive.ask), Limit(self.drive.ask), ("",)
-        self.signals, self.chosen, self.state = {}, [], ""
+        self.signals, self.chosen, self.state = {}, {}, ""  # {name: Signal or Variable}
+        self._watched = {}  # page: names of variables
         self._fault, self._hint, self._since = "none", [], ""
         self._silent, self._last_said = None, ""
+        self._axis, self._states = 0, []  # the one that the console has chosen: lines without a number are for it
         self._ending, self._tasks = asyncio.Event(), []
 
     async def open(self):
@@ -60,8 +80,10 @@ class Session:
                 raise DriveError(f"'{line}': {' '.join(answer)}")
         if "state" in texts.fields(await self.drive.ask("axis 2 status")):
             self._axes = ("axis 1 ", "axis 2 ")
+            await self.drive.ask("axis 1")
         await self._limit.lend(self._axes)
-        self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
+        await self.drive.know_image(self.far.elf)
+        await self._read_signals()
         await self.drive.stream(EVERY_MS)
         self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line()),
                        asyncio.ensure_future(self._mind_jog())]
@@ -79,18 +101,32 @@ class Session:
             pass  # it ends by itself
         await self.drive.close()
 
+    async def _read_signals(self):
+        self.signals = await self.drive.signals()
+        self.chosen = self.drive.names.heard(await self.drive.chosen(), self.signals)
+
+    def _told_signals(self, *more):
+        """{name: (unit, value of a step, text)} of all that a page may have to show."""
+        return {name: (one.unit, one.step, one.text)
+                for some in (self.signals, self.chosen, *more) for name, one in some.items()}
+
+    def enumerations(self):
+        return words.enumerations() | {name: one.enum for name, one in self.chosen.items() if getattr(one, "enum", None)}
+
     # ---- pages ----
 
     def join(self, page, send):
         self.pages[page] = [send, time.monotonic()]
         send({"kind": "hello", "title": self.far.title, "twin": self.far.name == "twin", "every_ms": EVERY_MS,
-              "disturbances": getattr(self.far, "disturbances", {}), "signals": self.signals, "chosen": self.chosen,
+              "disturbances": getattr(self.far, "disturbances", {}), "signals": self._told_signals(),
+              "chosen": list(self.chosen), "axis": self._axis + 1,
               "words": words.parameters(), "steps": words.identify_steps()})
         if self._silent:
             send(self._silent)
 
     def leave(self, page):
         self.pages.pop(page, None)
+        self._watched.pop(page, None)
 
     def _tell(self, message):
         for send, _ in list(self.pages.values()):
@@ -115,13 +151,18 @@ class Session:
             elif kind == "jog":
                 await self._turn(page, message.get("rpm"))
             elif kind == "capture":
-                self._tell({"kind": "capture", "of": message.get("of", "read"),
-                            **await self.drive.capture("fault" if message.get("of") == "fault" else "read")})
+                await self._tell_capture(message.get("of", "read"))
+            elif kind == "find":
+                self._find(page, str(message.get("text", "")))
+            elif kind == "watch":
+                await self._watch_variables(page, [str(name) for name in message.get("names", [])])
+            elif kind == "axis":
+                await self._choose(page, message.get("number"))
             elif kind == "parameters":
                 await self._tell_parameters()
             elif kind == "disturb":
                 asked = str(message.get("line", "")).split()
-                wrong = await self.far.disturb(asked[0], asked[1:]) if asked else "what?"
+                wrong = await self.far.disturb(asked[0], asked[1:], self._axis) if asked else "what?"
                 self._answer(page, f"twin: {' '.join(asked)}", [f"error: {wrong}" if wrong else "ok"])
         except DriveError as error:
             self._answer(page, str(message.get("line", kind)), [f"error: {error}"])
@@ -130,8 +171,8 @@ class Session:
         words_of = line.split()
         for_axis = words_of[:2] if words_of[:1] == ["axis"] and len(words_of) > 2 else []
         word, name, *_ = [*words_of[len(for_axis):], "", ""]
-        if not line.isascii() or not line.isprintable() or len(line) > 80:
-            self._answer(page, line, ["error: a line has at most 80 printable characters"])
+        if not line.isascii() or not line.isprintable() or len(line) > LINE_MOST:
+            self._answer(page, line, [f"error: a line has at most {LINE_MOST} printable characters"])
             return
         if word in MEANT_FOR_HERE:
             self._answer(page, line, ["error: the page keeps the stream itself"])
@@ -143,8 +184,9 @@ class Session:
             answer = await (self._begun(asked) if word in MOVES else asked)
         self._answer(page, line, answer)
         if line.startswith("scope signals ") and answer == ["ok"]:
-            self.chosen = await self.drive.chosen()
-            self._tell({"kind": "chosen", "chosen": self.chosen})
+            self.chosen = self.drive.names.heard(await self.drive.chosen(), self.signals)
+            self._tell({"kind": "signals", "signals": self._told_signals()})
+            self._tell({"kind": "chosen", "chosen": list(self.chosen)})
         elif (word in CHANGES or line == "identify use") and not " ".join(answer).startswith("error"):
             await self._tell_parameters()
 
@@ -158,9 +200,41 @@ class Session:
         self.started = self.started or (answer is not None and not " ".join(answer).startswith("error"))
         return answer
 
+    async def _tell_capture(self, of):
+        raw = await self.drive.capture("fault" if of == "fault" else "read")
+        found = self.drive.names.heard(raw["names"], self.signals)
+        self._tell({"kind": "signals", "signals": self._told_signals(found)})
+        columns = [_rounded(one) for one in found.values()]
+        rows = [[of(word) for of, word in zip(columns, row, strict=True)] for row in raw["rows"]]
+        self._tell({"kind": "capture", "of": of, **raw, "names": list(found), "rows": rows})
+
+    def _find(self, page, text):
+        try:
+            image = self.drive.variables()
+            rows = [[one.name, one.type, one.unit] for one in map(image.find, image.like(text))] if text else []
+            self.pages[page][0]({"kind": "found", "text": text, "rows": rows})
+        except Refused as error:
+            raise DriveError(str(error)) from error
+
+    async def _watch_variables(self, page, names):
+        try:
+            found = {name: self.drive.variables().find(name) for name in names[:WATCHED_MOST]}
+        except Refused as error:
+            raise DriveError(str(error)) from error
+        self._watched[page] = found
+        self._tell({"kind": "signals", "signals": self._told_signals(found)})
+        await self._tell_values()
+
+    async def _tell_values(self):
+        wanted = {name: one for some in self._watched.values() for name, one in some.items()}
+        if wanted:
+            values = await self.drive.values(list(wanted))
+            self._tell({"kind": "values", "values": {name: [value, wanted[name].enum.get(value, "")]
+                                                     for name, value in values.items()}})
+
     async def _tell_parameters(self):
         self.signals = await self.drive.signals()  # their ranges are parameters
-        self._tell({"kind": "signals", "signals": self.signals})
+        self._tell({"kind": "signals", "signals": self._told_signals()})
         self._tell({"kind": "parameters", "rows": await self.drive.parameters()})
 
     async def _set(self, page, values, what):
@@ -188,25 +262,42 @@ class Session:
         if (answer := await self._begun(self._jog.hold(rpm))) is not None:
             self._answer(page, f"speed {rpm}", answer)
 
-    async def _brake(self, page):
-        """Quick stop where there is operation to be stopped, off in every other state. One that is silent may still hear."""
-        if self._silent:
-            line = "quickstop" if self.state.startswith("operation enabled") else "off"
-            await self.drive.shout(line)
-            self._answer(page, line, ["sent; the drive does not answer"])
+    async def _choose(self, page, number):
+        """The other axis, with all that is shown; the scope goes with it, or refuses."""
+        if number not in range(1, len(self._axes) + 1):
+            self._answer(page, f"axis {number}", ["error: there is no such axis"])
             return
-        for line in ("quickstop", "off"):
-            answer = await self.drive.ask(line)
-            self._answer(page, line, answer)
-            if answer == ["ok"]:
-                return
+        await self._jog.hold(0)
+        answer = await self.drive.ask(f"axis {number}")
+        self._answer(page, f"axis {number}", answer)
+        if answer == ["ok"]:
+            self._axis, self._fault = number - 1, ""
+            self._tell({"kind": "axis", "number": number})
+            await self._tell_parameters()
+            self._tell({"kind": "chosen", "chosen": list(self.chosen)})
+            await self._look()
+
+    async def _brake(self, page):
+        """Quick stop where there is operation to be stopped, off in every other state, of each axis. One that is silent may
+        still hear."""
+        for axis, state in zip(self._axes, self._states or [""] * len(self._axes)):
+            if self._silent:
+                line = f"{axis}quickstop" if state.startswith("operation enabled") else f"{axis}off"
+                await self.drive.shout(line)
+                self._answer(page, line, ["sent; the drive does not answer"])
+                continue
+            for line in (f"{axis}quickstop", f"{axis}off"):
+                answer = await self.drive.ask(line)
+                self._answer(page, line, answer)
+                if answer == ["ok"]:
+                    break
 
     # ---- the drive ----
 
     def _samples(self, samples):
-        scales = [self.signals[name][1] for name in self.chosen]
-        rows = [[s.number] + [round(v * k, 6) for v, k in zip(s.values, scales)] for s in samples
-                if len(s.values) == len(scales)]
+        columns = [_rounded(self.signals.get(name, one)) for name, one in self.chosen.items()]
+        rows = [[s.number] + [of(word) for of, word in zip(columns, s.values)] for s in samples
+                if len(s.values) == len(columns)]
         if rows:
             self._tell({"kind": "samples", "rows": rows})
 
@@ -237,12 +328,12 @@ class Session:
         await self.drive.revive()
         await self._limit.lend()  # it may have been reset
         await self.drive.stream(EVERY_MS)
-        self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
+        await self._read_signals()
         self._silent = None
         print("mssfoc: the drive answers again", file=sys.stderr, flush=True)
         self._tell({"kind": "awake"})
-        self._tell({"kind": "signals", "signals": self.signals})
-        self._tell({"kind": "chosen", "chosen": self.chosen})
+        self._tell({"kind": "signals", "signals": self._told_signals()})
+        self._tell({"kind": "chosen", "chosen": list(self.chosen)})
 
     async def _mind_line(self):
         """What pages show is stale from when the drive falls silent until it answers again."""
@@ -260,16 +351,20 @@ class Session:
                 self._tell(dict(self._silent))
 
     async def _look(self):
-        lines = await self.drive.ask("status")
-        state = dict(line.split(": ", 1) for line in lines if ": " in line)
-        fault = state.get("fault", "none")
+        every, chosen = [await self.drive.ask(f"{axis}status") for axis in self._axes], self._axis
+        told = [_short(lines) for lines in every]
+        lines, fault = every[chosen], told[chosen]["fault"]
         if fault != self._fault:
-            self._hint = await self.drive.ask("fault") if fault != "none" else []
+            self._hint = await self.drive.ask(f"{self._axes[chosen]}fault") if fault != "none" else []
             self._since = time.strftime("%H:%M:%S", time.localtime(time.time() - _age_s(lines, self._hint)))
-        self._fault, self.state = fault, state.get("state", "")
+        self._states = [one["state"] for one in told]
+        if chosen != self._axis:
+            return  # another one since
+        self._fault, self.state = fault, self._states[chosen]
         capture = next((line for line in await self.drive.ask("scope") if line.startswith("capture: ")), "")
-        self._tell({"kind": "status", "lines": lines, "state": self.state, "fault": fault, "hint": self._hint,
+        self._tell({"kind": "status", "axes": told, "lines": lines, "state": self.state, "fault": fault, "hint": self._hint,
                     "since": self._since, "capture": capture.removeprefix("capture: "), "damaged": self.drive.damaged})
+        await self._tell_values()
 
     async def _mind_pages(self):
         now = time.monotonic()

@@ -15,6 +15,7 @@ from pathlib import Path
 from launcher.console import LEAD_S, PACE_S, prepared
 from launcher.drive import preamble
 from launcher.errors import LauncherError
+from launcher.paths import build_dir
 from launcher.qemu import progress_s, reason, start, tail
 
 # what the page may do to the plant: names and arguments as in docs/motors.md, and what they are for people
@@ -34,17 +35,20 @@ class Twin:
     name = "twin"
     disturbances = DISTURBANCES
 
-    def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, modbus="", **plant):
-        self._arguments = (motor, seed, build, qemu, out_dir, modbus, plant)
+    def __init__(self, motors, seed, build=None, qemu=None, out_dir=None, modbus="", **plant):
+        self._arguments = (motors, seed, build, qemu, out_dir, modbus, plant)
+        self.elf = build_dir(build) / "mssfoc.elf"
         self.title, self._ticks, self._worked_s, self._held = "", [], 0.0, False
 
     async def open(self):
-        motor, seed, build, qemu, out_dir, modbus, plant = self._arguments
-        drive, line, environment, progress, self._pipe_path = prepared(
-            motor, seed, build, qemu, None, plant, console="stdio,id=console,mux=off,signal=off", live=True,
-            out_dir=out_dir, modbus=modbus)
-        self.title = f"{drive.motor.name} on {drive.inverter.name}, in QEMU"
-        self.lines = list(preamble(drive))
+        motors, seed, build, qemu, out_dir, modbus, plant = self._arguments
+        drives, line, environment, progress, self._pipe_path = prepared(
+            motors[0], seed, build, qemu, None, plant, second="".join(motors[1:]),
+            console="stdio,id=console,mux=off,signal=off", live=True, out_dir=out_dir, modbus=modbus)
+        drives = [drive for drive in drives if drive]
+        self.title = "; ".join(f"{drive.motor.name} on {drive.inverter.name}" for drive in drives) + ", in QEMU"
+        self.lines = [f"axis {number} {line}" if len(drives) > 1 else line
+                      for number, drive in enumerate(drives, 1) for line in preamble(drive)]
         self._log = progress.parent / "qemu.log"
         with open(self._log, "wb") as log:
             self._process = start(line, environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log)
@@ -91,7 +95,7 @@ class Twin:
         """The line has no rate of its own; but what arrives while the drive sets its UART anew is lost."""
         await asyncio.sleep(CHANGE_S)
 
-    async def disturb(self, name, arguments):
+    async def disturb(self, name, arguments, axis=0):
         """None when it has happened, or why not."""
         if name not in DISTURBANCES:
             return f"'{name}' is not one of {', '.join(DISTURBANCES)}"
@@ -100,7 +104,7 @@ class Twin:
         if self.ended():
             return self.ended()
         said = self._log.stat().st_size
-        os.write(self._pipe, " ".join([name, *arguments]).encode() + b"\n\n")
+        os.write(self._pipe, " ".join([*(["2"] if axis else []), name, *arguments]).encode() + b"\n\n")
         end = time.monotonic() + TAKEN_S
         while self._waiting():
             if time.monotonic() > end:

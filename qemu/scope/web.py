@@ -14,13 +14,13 @@ from aiohttp import WSMsgType, web
 from launcher.errors import LauncherError
 from mssfoc import recording
 
-from . import words
 from .drive import DriveError
 from .session import Session
 
 HERE = "127.0.0.1"
 PAGE = Path(__file__).resolve().parent / "page"
 DYGRAPHS = Path("/usr/share/javascript/dygraphs")
+ENUMERATIONS = "enumerations"
 QUEUE = 400  # messages that a slow page may be behind
 MOST_BYTES = 64 << 20  # of a table that a page wants as a file: 20 s of eight signals have 2 MB
 
@@ -63,6 +63,7 @@ def application(session, token):
         return ws
 
     app = web.Application(middlewares=[only_with_token], client_max_size=MOST_BYTES)
+    app[ENUMERATIONS] = session.enumerations
     app.router.add_get("/{token}/", index)
     app.router.add_get("/{token}/socket", socket)
     app.router.add_get("/{token}/{name}", file)
@@ -79,7 +80,7 @@ async def _record(request):
         t_s, *columns = zip(*(map(float, row) for row in wanted["rows"]), strict=True)
         named = dict(zip(wanted["names"], zip(wanted["units"], columns, strict=True), strict=True))
         kind = recording.KINDS[f".{request.match_info['kind']}"]
-        body = await asyncio.to_thread(kind, t_s, named, words.enumerations())  # the line to the drive goes on
+        body = await asyncio.to_thread(kind, t_s, named, request.app[ENUMERATIONS]())  # the line to the drive goes on
     except (KeyError, TypeError, ValueError, struct.error) as error:
         raise web.HTTPBadRequest(text=f"mssfoc: no table, or no kind of file that is known: {error}\n") from error
     return web.Response(body=body, content_type="application/octet-stream")

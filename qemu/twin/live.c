@@ -22,7 +22,12 @@ static size_t length;
 static void take_line(void)
 {
     struct event e = {.t_s = (double)vm_now_ns() * 1e-9};
-    const char *wrong = event_parse(line, &e);
+    const char *text = line;
+    if (strncmp(line, "2 ", 2) == 0) { /* of axis 2 */
+        e.axis = 1;
+        text += 2;
+    }
+    const char *wrong = event_parse(text, &e);
     if (wrong) {
         fprintf(stderr, "mssfoc twin: live event '%s': %s\n", line, wrong);
     } else {

@@ -6,6 +6,7 @@ import sys
 
 import mssfoc
 import pytest
+from launcher.paths import build_dir
 from launcher.qemu import progress_s
 
 from closed_loop import live
@@ -71,6 +72,32 @@ def test_an_example_of_the_page(name, installed, places, tmp_path):
         assert numbers[0] - numbers[1] == pytest.approx(40000, abs=20), said.stdout
     else:
         assert (tmp_path / "motor.txt").read_text().startswith("set pole_pairs 4\n")
+
+
+def test_every_variable_of_the_image_by_its_name(places):
+    """As a number, and in a capture that one of them triggers; of another image, or without one, it says so."""
+    place, elf = f"socket://127.0.0.1:{places['5021']}", build_dir() / "mssfoc.elf"
+    with mssfoc.connect(place, elf=elf) as drive:
+        assert drive.variables().find("axes[0].state").enum[drive.watch("axes[0].state")] == "switch on disabled"
+        assert drive.watch("axes[0].motion.turns.counts") == drive.status().position_counts, "eight bytes"
+        assert drive.watch("axes[0].params.i_max_ma") == drive["i_max_ma"]
+        drive.on()
+        names = ["axes[0].speed.integral_q29", "speed", "axes[0].speed.speed_rpm_q4", "axes[0].loop.i_q_q15"]
+        drive.arm(names, trigger="axes[0].speed.speed_rpm_q4 rises 300.5", before=100, every=4)
+        drive.speed(600)
+        step = drive.captured()
+        assert list(step.values) == names and step.units["axes[0].speed.speed_rpm_q4"] == "rpm"
+        assert (step["speed"] == step["axes[0].speed.speed_rpm_q4"]).all() and step["speed"][99] < 300.5 <= step["speed"][100]
+        integral = step["axes[0].speed.integral_q29"]
+        assert len(set(integral)) > 10 and 0 < abs(integral).max() < 4
+        drive.wait(lambda: abs(drive.watch("axes[0].speed.speed_rpm_q4") - 600) < 5, "600 rpm by the variable")
+        with pytest.raises(mssfoc.Refused, match="is axes.0..speed.integral_q29 meant"):
+            drive.watch("axes[0].speed.integrl_q29")
+        with pytest.raises(mssfoc.Refused, match="@20000000: not in the RAM"):
+            drive.ask("scope values @20000000")
+    with mssfoc.connect(place) as drive:
+        with pytest.raises(mssfoc.Refused, match="connect.*elf="):
+            drive.watch("axes[0].state")
 
 
 def test_it_turns_moves_and_stops(console):

@@ -4,23 +4,17 @@ before it, and off is off: the current loop's interrupt takes the cycles that it
 import numpy as np
 import pytest
 
-from launcher import simulate
 from launcher.drive import load_drive
 from launcher.recording import read_recording
+from rigs.played_scope import answer, play
 
 CURRENT_LOOP, SAMPLER = 16 + 34, 16 + 9
 CAPACITY = 512  # of eight signals
 
 
-def play(tmp_path, steps, end_s, **more):
-    plan = {"key": "scope", "end_s": end_s, "preamble_s": 0.02, "expect_refusal": ".*",
-            "step": [{"t_s": t, **({"console": what} if isinstance(what, str) else what)} for t, what in steps]}
-    return simulate(plan, out_dir=tmp_path, plant="ideal", spread=0, aligned=True, **more)
-
-
 def record(console, command):
     """({name: raw values}, {item: number} of the heading) of what a command has printed."""
-    text = console.split(f"> {command}\n", 1)[1].split("\n> ", 1)[0].split("\n")
+    text = answer(console, command)
     heading = {key: int(value) for key, value in (item.split(": ") for item in text[0].split(", "))}
     names, rows = text[1].split(), np.array([line.split() for line in text[3:-1]], dtype=np.int64)
     assert text[-1] == f"end: {len(rows)}" == f"end: {heading['samples']}"

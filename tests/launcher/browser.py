@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The scope's page, served for a test and looked at in a browser."""
 import contextlib
+import os
 import re
 import subprocess
 import time
@@ -14,15 +15,16 @@ CAPACITY = 512
 
 
 @contextlib.contextmanager
-def served(folder, *options):
-    """(address, process) of a page with the drive in QEMU, whose files are in the folder."""
+def served(folder, *options, build=None):
+    """(address, process) of a page with the drive in QEMU, whose files are in the folder; `build`: where another image is."""
     found = subprocess.run(["sh", str(ROOT / ".ci/tools"), "page", "browser"], capture_output=True, text=True, cwd=ROOT,
                            check=False)
     if found.returncode != 0:
         pytest.skip(f"the page was not tested: {(found.stderr.strip().splitlines() or ['no browser'])[-1]}")
+    chosen = {"BUILD": str(build)} if build else {}
     server = subprocess.Popen(["/usr/bin/python3", "qemu/run.py", "scope", "--no-browser", "--start", "aligned", "--seed", "1",
                                "--out", str(folder), *options],
-                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                              env=os.environ | chosen, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = []
     for line in server.stdout:
         said.append(line)

@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The scope's page in a browser, on the image in QEMU: what a person does with it, and who is not let in.
 
-Needs chromium. Where it is missing and may not be installed, the test is skipped and says so. Leaves two pictures in
-build/scope/.
+Needs chromium. Where it is missing and may not be installed, the test is skipped and says so.
 """
 import http.client
-import os
 import re
 import socket
 import time
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -79,14 +76,6 @@ def test_start_run_and_step(page):
     assert shown["time"][100] == 0 and shown["speed"][100] >= 600 > shown["speed"][99], "the step's own way through 600 rpm"
     assert shown["time"][101] == pytest.approx(50e-6) and max(shown["i_q"]) > 0.3
     page.wait(lambda: abs(page.latest("speed") - 800) < 20)
-    folder = Path(os.environ.get("BUILD") or ROOT / "build") / "scope"
-    folder.mkdir(parents=True, exist_ok=True)
-    # of README: in landscape, with the drive running
-    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                                 {"width": 1440, "height": 900, "deviceScaleFactor": 1, "mobile": False})
-    page.wait(lambda: page.script("return innerWidth") == 1440)
-    page.browser.save_screenshot(str(folder / "page.png"))
-    page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_what_is_seen_can_be_downloaded(page, downloads):
@@ -300,7 +289,6 @@ def test_on_a_phone(page):
     stop = page.find("stop").rect
     assert stop["x"] + stop["width"] <= 360 and stop["height"] >= 44, "the stop is there, and large enough for a thumb"
     page.go("operate")
-    page.browser.save_screenshot(str(Path(os.environ.get("BUILD") or ROOT / "build") / "scope" / "phone.png"))
     page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from browser import browsed, served
+from browser import CAPACITY, browsed, served
 
 from scope import words
 from rows import param_rows, remarks, texts
@@ -401,6 +401,49 @@ def test_the_shaft_turns_as_long_as_a_button_is_held(page):
     page.wait(lambda: page.state() == "switch on disabled")
 
 
+# ---- variables of the image ----
+
+def test_a_variable_is_found_while_typing_and_shown_as_number_plot_and_trigger(page, downloads):
+    name, speed = "axes[0].speed.integral_q29", "axes[0].speed.speed_rpm_q4"
+    page.go("captures")
+    page.find("variable").send_keys("speed integ")
+    page.wait(lambda: page.script("return [...$('variable_names').options].map((one) => one.value)")[:1] == [name])
+    assert "s32" in page.script("return $('variable_names').options[0].label")
+    for one in (name, speed, "axes[0].state"):
+        page.type("#variable", one), page.click("#variable_show")
+    shown = ("return Object.fromEntries([...$('variables').rows].map((row) =>"
+             " [...row.cells].slice(0, 2).map((cell) => cell.textContent)))")
+    page.wait(lambda: page.script(shown).get("axes[0].state") == "switch on disabled")
+    chosen = page.script("return live.names")
+    for one in ("axes[0].state", name, speed):
+        page.type("#variable", one), page.click("#variable_plot")
+        page.wait(lambda one=one: page.script("return live.names.includes(arguments[0]) && live.rows.length > 5", one))
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled" and page.script(shown)["axes[0].state"] == "operation enabled")
+    page.arm(speed, "rises", 123.5)
+    page.script("say('speed 300')")
+    page.wait(lambda: page.script("return captured.rows.length") >= CAPACITY)
+    found = page.captured()
+    assert found[speed][100] >= 123.5 > found[speed][99] and len(set(found[name])) > 3
+    assert set(page.script("return captured.names.map((name, k) => captured.units[k])")) >= {"rpm"}
+    page.type("#capture_kind", "mcap"), page.click("#save_capture")
+    page.wait(lambda: (downloads / "capture.mcap").is_file())
+    assert b'"axes[0].state_text": "operation enabled"' in (downloads / "capture.mcap").read_bytes()
+    page.wait(lambda: abs(page.latest(speed) - 300) < 20)
+    page.wait(lambda: abs(float(page.script(shown)[speed].split(" rpm")[0]) - 300) < 20)
+    integral = float(page.script(shown)[name])
+    assert 0 < abs(integral) < 4, "a fraction, by its name"
+    page.type("#variable", "axes[0].nothing"), page.click("#variable_show")
+    page.wait(lambda: "axes[0].nothing is no number of this image" in page.text("variable_said"))
+    assert set(page.script(shown)) == {name, speed, "axes[0].state"}
+    page.click("#variables button")
+    assert set(page.script(shown)) == {speed, "axes[0].state"}
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
+    page.script("say('scope signals ' + arguments[0])", ",".join(chosen))
+    page.wait(lambda: page.script("return live.names") == chosen)
+
+
 # ---- two tabs ----
 
 def test_two_tabs_see_each_others_commands(page):
@@ -455,6 +498,50 @@ def test_a_bode_plot_of_the_running_drive(page):
     assert len(gains) == 32 and gains[0][0] == pytest.approx(0, abs=1) and gains[0][1] > 10 > -10 > gains[-1][1]
     page.script("say('off')")
     page.wait(lambda: page.text("state") == "switch on disabled")
+
+
+def test_where_dead_time_lowers_the_gain_is_told(page):
+    """By formulas: 3 dB less than the integrator that is designed between 200 and 800 Hz. And of the drive, at rest."""
+    rows = """parameters.known.set('current_bw_hz', { value: 1000 }); parameters.known.set('i_range_ma', { value: 32000 });
+        const rows = [...Array(32).keys()].map((k) => { const hz = 100 * 80 ** (k / 31), db = 20 * Math.log10(1000 / hz);
+        return [hz, 0, 0, db - (hz > 200 && hz < 800 ? 3 : 0.5), 0]; });"""
+    told = page.script(rows + "return [['q', 0.4, 0.1], ['q', 0.4, 3], ['speed', 1, 0]]"
+                       ".map((one) => deadTimeTold(rows, ...one))")
+    assert re.match(r"Dead time lowers the gain from 2[0-3]\d Hz to 7\d\d Hz, most by 3.0 dB at [2-7]\d\d Hz: phase", told[0])
+    assert "more than 900 mA in the phases" in told[0] and "beyond 500 mA, dead time is compensated in full" in told[1]
+    assert told[2] == ""
+    assert page.script(rows + "rows.forEach((row) => { row[3] += 4; });"
+                       "return deadTimeTold(rows, 'd', 1, 0)").startswith("Though")
+    page.script("send({ kind: 'parameters' })")
+    assert re.match(r"Dead time lowers the gain from \d+ Hz to [\d.]+ kHz, most by [2-4]\.\d dB at", page.text("bode_dead"))
+    assert page.script("return bode.graphs.map((graph) => graph.getLabels().slice(1))") == [
+        ["closed", "open", "designed"], ["closed", "open"]]
+
+
+def test_a_step_response(page):
+    """An exponential of 1 ms rises from 10 to 90 % within ln 9 ms; and of the drive, in the task where one tunes."""
+    read = """const rows = [...Array(400).keys()].map((k) => [k * 1e-4 - 0.005, k < 50 ? 2 : 4,
+        k < 50 ? 2 : 4 - 2 * Math.exp(-(k - 50) * 0.1) + (k === 200 ? 0.2 : 0)]); return stepRead(rows)"""
+    found = page.script(read)
+    assert found["rise"] == pytest.approx(np.log(9) / 1000, rel=0.01) and found["over"] == pytest.approx(10, abs=0.1)
+    assert found["settles"] == pytest.approx(0.015, abs=2e-4)
+    page.go("tune")
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled")
+    for kind, size, least_s, most_s in (("torque", 2, 1e-4, 6e-4), ("speed", 300, 0.005, 0.5)):
+        page.script("$('step_kind').value = arguments[0]; $('step_kind').onchange(); $('step_size').value = arguments[1];"
+                    "$('step_said').textContent = ''; $('step_run').requestSubmit()", kind, size)
+        page.wait(lambda: page.text("step_said").startswith("rises"))
+        rows = page.script("return step.plots.rows")
+        assert rows[0][1] == pytest.approx(0, abs=0.05 * size) and rows[-1][1] == pytest.approx(size, rel=0.01)
+        assert least_s < page.script("return stepRead(step.plots.rows)")["rise"] < most_s, kind
+        assert page.find("stepped").is_displayed() and not page.find("bode").is_displayed()
+        page.script("say('speed 0')")
+        page.wait(lambda: abs(float(re.search(r"speed: (-?[\d.]+)", page.text("turning"))[1])) < 15)
+    page.click("#bode_read")
+    page.wait(lambda: page.find("bode").is_displayed() and not page.find("stepped").is_displayed())
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
 
 
 def test_the_browser_found_nothing_wrong(page):

@@ -5,10 +5,11 @@ import subprocess
 
 import pytest
 
-from launcher import LauncherError, dwarf
+from launcher import LauncherError
 from launcher.drive import load_drive
 from launcher.paths import build_dir
 from launcher.probes import Symbols, make_probes
+from mssfoc import dwarf
 
 
 @pytest.fixture(scope="module")

@@ -275,7 +275,8 @@ def test_help_has_a_line_for_each_command(operator):
         "set PARAM VALUE", "save", "load", "defaults",
         "reaction", "reaction FAULT off|stop|warn|carry", "machine on|off",
         "scope trigger SIGNAL above|below|rises|falls VALUE",
-        "scope signals A,B,...|every TICKS|before SAMPLES|trigger never", "scope list|arm|fire|off|read|fault", "scope",
+        "scope signals A,B,...|values A,B,...|every TICKS|before SAMPLES|trigger never",
+        "scope list|arm|fire|off|read|fault", "scope",
         "stream MS BAUD", "sweep d|q|speed A", "sweep read|off", "sweep", "version"]
     assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
 

@@ -105,7 +105,7 @@ def test_each_phase_has_a_name(c):
 
 
 @pytest.mark.parametrize("line, answer", [
-    ("scope signals i_q i_d", "usage: scope signals A,B,...|every TICKS|before SAMPLES|trigger never"),
+    ("scope signals i_q i_d", "usage: scope signals A,B,...|values A,B,...|every TICKS|before SAMPLES|trigger never"),
     ("scope trigger i_q above", "usage: scope trigger SIGNAL above|below|rises|falls VALUE"),
     ("scope arm now please", "usage: scope list|arm|fire|off|read|fault"),
     ("stream 1 115200", "stream: its frames are not for a terminal; 'machine on' first"),

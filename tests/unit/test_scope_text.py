@@ -93,3 +93,52 @@ def test_scope_text_of_what_a_fault_left(c, scoped):
     lines = scoped("scope fault")
     assert lines[:3] == ["samples: 64, trigger: 63, every: 1, a millisecond has: 1, dropped: 0, late: 0", "time", "1000/1"]
     assert len(lines) == 3 + 64 + 1 and scoped("scope")[3] == "kept from the last fault: 64 samples, one a millisecond"
+
+
+PLACES = range(0x30000000, 0x40000000, 0x1000000)  # where this machine may have some, with the bit of the device's
+READ_WRITE, PRIVATE, BYTES = 3, 0x22, 4096
+
+
+@pytest.fixture
+def ram(scoped):
+    """(its address, its words); what may be read begins one word later."""
+    libc = ctypes.CDLL(None)
+    libc.mmap.restype = ctypes.c_size_t
+    libc.mmap.argtypes = [ctypes.c_size_t, ctypes.c_size_t, *[ctypes.c_int] * 3, ctypes.c_long]
+    at = next(place for place in PLACES if libc.mmap(place, BYTES, READ_WRITE, PRIVATE, -1, 0) == place)
+    scoped.scope.ram, scoped.scope.ram_end = at + 4, at + BYTES
+    yield at, (ctypes.c_int32 * (BYTES // 4)).from_address(at)
+    libc.munmap(ctypes.c_size_t(at), ctypes.c_size_t(BYTES))
+
+
+def test_scope_text_of_words_of_ram(scoped, ram):
+    """By their addresses, whatever stands before and behind; of what may not be read, no byte."""
+    at, words = ram
+    words[4], words[5], scoped.axis.speed.speed_rpm_q4 = 0x12345678, -2, 16
+    assert scoped(f"scope values @{at + 16:x},speed,@{at + 18:x},@{at + 20 - 0x20000000:08x}") == [
+        f"@{at + 16:x} speed @{at + 18:x} @{at + 20:x}", "1/1 1000/16 1/1 1/1", "305419896 16 -126412 -2"]
+    for wrong in (*(f"@{at + far:x}" for far in (0, 3, BYTES - 3, BYTES)), "@0", "@2fffffff", "@ffffffff"):
+        refusal = [f"error: {wrong}: not in the RAM that may be read"]
+        for line in (f"scope values speed,{wrong}", f"scope signals {wrong}", f"scope trigger {wrong} above 1"):
+            assert scoped(line) == refusal, line
+    for wrong in ("@", "@3000001G", "@030000010", "@-4"):
+        assert scoped(f"scope values {wrong}")[0].startswith("error: "), wrong
+    last = f"@{at + BYTES - 4:x}"
+    for line in (f"scope values @{at + 4:x},{last}", f"scope signals speed,{last}"):
+        assert not scoped(line)[0].startswith("error"), line
+    assert scoped("scope")[0].startswith(f"signals: speed,{last},")
+
+
+def test_scope_text_of_a_trigger_by_a_word_of_ram(scoped, ram):
+    at, words = ram
+    word = f"@{at + 32:x}"
+    scoped.choose(word, "sequence")
+    assert scoped(f"scope trigger {word} rises 2147483.647") == ["ok"]
+    assert scoped("scope")[1] == f"trigger: {word} rises 2147483.647 none, before: 256 of 2048 samples"
+    scoped("scope before 1"), scoped("scope arm")
+    for value in (-1 << 31, 1000, (1 << 31) - 2, (1 << 31) - 1):
+        words[8] = value
+        scoped.tick()
+    scoped.tick(2048)
+    lines = scoped("scope read")
+    assert lines[1:5] == [f"{word} sequence", "1/1 1000/1", "2147483646 3", "2147483647 4"], "all bits of a word"

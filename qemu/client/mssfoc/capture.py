@@ -27,9 +27,8 @@ class Capture:
 
     @classmethod
     def of(cls, raw, signals):
-        """raw as texts.capture() has it, signals {name: Signal}."""
-        rows = np.array(raw["rows"], dtype=float).reshape(len(raw["rows"]), len(raw["names"]))
-        names = raw["names"]
+        """raw as texts.capture() has it, signals {name: Signal or Variable}, in its order."""
+        rows = np.array(raw["rows"], dtype=np.int64).reshape(len(raw["rows"]), len(raw["names"]))
         return cls((np.arange(len(rows)) - raw["trigger"]) / raw["per_ms"] / 1000,
-                   {name: rows[:, at] * signals[name].step for at, name in enumerate(names)},
-                   {name: signals[name].unit for name in names})
+                   {name: one.of(rows[:, at]).astype(float) for at, (name, one) in enumerate(signals.items())},
+                   {name: one.unit for name, one in signals.items()})

@@ -23,15 +23,17 @@ PIECE_S = 0.02
 
 
 class ConsoleDrive(Drive):
-    """`place` is a serial port, or a URL of pyserial: socket://127.0.0.1:5021"""
+    """`place` is a serial port, or a URL of pyserial: socket://127.0.0.1:5021; `elf` the drive's image, whose variables have
+    names then."""
 
-    def __init__(self, place):
+    def __init__(self, place, elf=""):
         try:
             self._port = serial.serial_for_url(place, BAUD, timeout=PIECE_S, exclusive=True)
         except (serial.SerialException, ValueError, OSError) as error:
             taken = "exclusively" in str(error)  # pyserial's words where another program has locked it
             raise Silent(f"{place} is in use by another program" if taken else f"{place} cannot be opened: {error}") from error
-        self._place = place
+        self._place, self._elf, self._image = place, elf, None
+        self._names_of_signals = texts.Names(self.variables)
         self._answers, self._splitter, self._lost = Answers(), Splitter(), False
         self._console, self._number, self._prefix = self, 1, ""
         self._there = set()  # axes whose last command is done
@@ -246,23 +248,40 @@ class ConsoleDrive(Drive):
             self._console._ask(self._prefix.strip())
 
     def signals(self):
-        """{name: Signal} that a capture can hold."""
+        """{name: Signal} that a capture can hold, without those by the names of variables."""
         return texts.signals(self.ask("scope list"))
+
+    def variables(self):
+        """The Variables of the drive's image."""
+        if self._console._image is None:
+            if not self._elf:
+                raise Refused("names of variables are the image's: connect(..., elf='build/mssfoc.elf')")
+            from .variables import Variables  # it reads the ELF by pyelftools
+
+            self._console._image = Variables(self._elf, self.ask("version")[0])
+        return self._console._image
+
+    def watch(self, name):
+        """A variable of the image as it is now, axes[0].speed.integral_q29: in its unit, by its name; of an enumeration
+        `variables().find(name).enum` has the words."""
+        one = self.variables().find(name)
+        return one.of(*map(int, self.ask(f"scope values {one.words}")[2].split()))
 
     def arm(self, names, trigger="never", before=0, every=1):
         """A capture of those signals begins, each tick of the current loop or every so many; `captured` has it when whole.
+        Variables of the image are signals, too.
 
         trigger   as the console has it, "speed rises 500"; a fault is one in any case. before: samples ahead of it
         """
         self._take_scope()
         for line in (f"signals {','.join(names)}", f"every {every}", f"before {before}", f"trigger {trigger}", "arm"):
-            self.ask(f"scope {line}")
+            self.ask(self._names_of_signals.line(f"scope {line}"))
 
     def captured(self, patience_s=PATIENCE_S):
         """The Capture that `arm` began."""
         self.wait(lambda: texts.fields(self.ask("scope"))["capture"].startswith("done"), "the capture is not whole", patience_s,
                   faults=False)
-        return Capture.of(texts.capture(self.ask("scope read")), self.signals())
+        return self._recorded("read")
 
     def capture(self, names, every=1):
         """A Capture of what is now."""
@@ -272,4 +291,8 @@ class ConsoleDrive(Drive):
 
     def fault_capture(self):
         """What the last fault left: a Capture, or Refused, as if the scope was with the other axis."""
-        return Capture.of(texts.capture(self.ask("scope fault")), self.signals())
+        return self._recorded("fault")
+
+    def _recorded(self, what):
+        raw = texts.capture(self.ask(f"scope {what}"))
+        return Capture.of(raw, self._names_of_signals.heard(raw["names"], self.signals()))

@@ -25,6 +25,43 @@ class Signal:
     step: float  # what one step of its raw value is, in its unit
     text: str
 
+    def of(self, raw):
+        return raw * self.step
+
+
+def _place(word):
+    """The console tells "@2000a1bc", and is told "@a1bc"."""
+    return int(word[1:], 16) & 0xFFFF
+
+
+class Names:
+    """Of signals and variables for the console, which knows variables by their words' addresses, and back."""
+
+    def __init__(self, variables):
+        """variables()   the Variables of the image, or Refused"""
+        self._variables, self._of_words = variables, {}
+
+    def line(self, line):
+        """A line of the console that may have variables, whose names have dots or brackets, where signals stand."""
+        if found := re.fullmatch(r"((?:axis \d )?scope signals )(\S+)", line):
+            return found[1] + ",".join(map(self._told, found[2].split(",")))
+        if not (found := re.fullmatch(r"((?:axis \d )?scope trigger )(\S*[.[]\S*) (\w+) (-?[\d.]+)", line)):
+            return line
+        before, name, when, level = found.groups()
+        return f"{before}{self._told(name)} {self._variables().find(name).trigger(when, float(level))}"
+
+    def _told(self, name):
+        if "." not in name and "[" not in name:
+            return name
+        one = self._variables().find(name)
+        self._of_words[_place(one.signal)] = name, one
+        return one.signal
+
+    def heard(self, names, signals):
+        """{name: Signal or Variable} of what the console names, in its order; a word that nobody here has chosen is raw."""
+        return dict(self._of_words.get(_place(name), (name, Signal("", 1, "a word"))) if name.startswith("@")
+                    else (name, signals[name]) for name in names)
+
 
 def accepted(lines):
     """The answer as it came. Raises Refused where it is an error."""

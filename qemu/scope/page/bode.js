@@ -3,7 +3,9 @@
 // the margins of the open one.
 "use strict";
 
-const bode = { graphs: [], rows: [], lines: null };
+const LOWER_DB = 1;            // than designed, which is told
+const KNEE_SHARE = 512 / 32768; // of i_range_ma: below it dead time is compensated in part (lib/deadtime.h)
+const bode = { graphs: [], rows: [], lines: null, on: "bode" };
 
 // Of the answer to `sweep read`: [{hz, re, im}, ...] of the closed loop.
 function pointsOfSweep(lines) {
@@ -67,6 +69,23 @@ function drawMargins(found, kind, level) {
   };
 }
 
+// The open loop of a current is designed as an integrator through 1 at current_bw_hz: in dB.
+const designed = (loop, hz) => (loop === "speed" ? NaN : 20 * Math.log10(limitNamed("current_bw_hz", 1) / hz));
+
+// Where it has less than that, by how much, and whether dead time can be why: at currents that pass through its knee.
+function deadTimeTold(rows, loop, amplitude, current) {
+  if (loop === "speed") return "";
+  const knee = KNEE_SHARE * limitNamed("i_range_ma", 1000), ampere = (x) => engineering(x, "A", [x, x]);
+  if (current - amplitude > knee) {
+    return `At ${ampere(current)}, beyond ${ampere(knee)}, dead time is compensated in full: it lowers the gain nowhere.`;
+  }
+  const lower = rows.map((row) => [row[0], designed(loop, row[0]) - row[3]]).filter(([hz, db]) => db > LOWER_DB && hz < 4 * limitNamed("current_bw_hz", 1));
+  const [at, most] = lower.reduce((found, one) => (one[1] > found[1] ? one : found), [0, 0]), hertz = (x) => engineering(x, "Hz", [x, x]);
+  const why = `phase currents pass through zero (${ampere(current)}, a sine of ${ampere(amplitude)}), where it is compensated in part`;
+  return at ? `Dead time lowers the gain from ${hertz(lower[0][0])} to ${hertz(lower.at(-1)[0])}, most by ${most.toFixed(1)} dB at ${hertz(at)}: ${why}.`
+    + ` With more than ${ampere(knee + amplitude)} in the phases it does not.` : `Though ${why}, dead time lowers the gain nowhere by ${LOWER_DB} dB.`;
+}
+
 function drawBode(lines) {
   const closed = pointsOfSweep(lines), open = closed.map(opened);
   $("bode_said").textContent = lines.filter((line) => !/ Hz: /.test(line)).join("; ");
@@ -74,12 +93,16 @@ function drawBode(lines) {
   bode.lines = lines;
   const [closedAngles, openAngles] = [phases(closed), phases(open)];
   bode.rows = closed.map((point, k) => [point.hz, decibels(point), closedAngles[k], decibels(open[k]), openAngles[k]]);
-  const found = margins(bode.rows), names = ["closed", "open"];
+  const found = margins(bode.rows), names = ["closed", "open"], [, loop, ampere] = /loop: (\w+), amplitude: ([\d.]+)/.exec(lines[0]) || [0, "speed", 0];
+  $("bode_dead").textContent = deadTimeTold(bode.rows, loop, Number(ampere), now.current);
+  bode.on = "bode";
+  showTask();
   $("bode_margins").textContent = marginsTold(found);
   bode.graphs.forEach((graph) => graph.destroy());
   bode.graphs = [["bode_gain", "dB", 1, "gain margin", 0, false], ["bode_phase", "°", 2, "phase margin", -180, true]].map(
     ([id, unit, at, kind, level, drawAxis]) => chart($(id), $(`${id}_legend`),
-      bode.rows.map((row) => [row[0], row[at], row[at + 2]]), names, ["Hz", unit],
+      bode.rows.map((row) => [row[0], row[at], row[at + 2], ...(unit === "dB" ? [designed(loop, row[0])] : [])]),
+      unit === "dB" ? [...names, "designed"] : names, ["Hz", unit],
       { drawPoints: true, underlayCallback: drawMargins(found, kind, level), axes: { x:
         { logscale: true, drawAxis, axisLabelFormatter: (hz) => engineering(hz, "Hz", [hz, hz]) }, y: {} } }));
   together(bode.graphs);

@@ -48,12 +48,11 @@ function samplesCame(rows) {
 }
 
 function captureCame(message) {
-  const scale = stepsOf(message.names);
   Object.assign(captured, {
-    names: message.names, units: unitsOf(message.names), steps: scale,
-    rows: message.rows.map((row, i) => [
-      +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
+    names: message.names, units: unitsOf(message.names), steps: stepsOf(message.names),
+    rows: message.rows.map((row, i) => [+((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row]),
   });
+  stepCame(captured);
   drawCapture();
   $("captured").dataset.samples = captured.rows.length;
   offer();

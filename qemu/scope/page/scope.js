@@ -7,12 +7,12 @@ let state = "", awaiting = false;
 
 // ---- what comes ----
 
+// Variables of the image stand behind the drive's own once they have been used.
 function list(known) {
+  const more = Object.entries(known).filter(([name]) => !(name in signals));
   signals = known;
-  $("trigger").replaceChildren(...Object.keys(known).map((name) => new Option(name)));
-  $("trigger").value = "i_q";
-  $("level_unit").textContent = known.i_q[0];
-  $("signals").replaceChildren(...Object.entries(known).map(([name, [unit, , text]]) => {
+  $("trigger").append(...more.map(([name]) => new Option(name)));
+  $("signals").append(...more.map(([name, [unit, , text]]) => {
     const box = element("input", { type: "checkbox", value: name });
     return element("label", {}, box, ` ${name}${unit ? ` [${unit}]` : ""}: ${text}`);
   }));
@@ -26,14 +26,27 @@ const takes = {
     $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
     if (message.twin) $("disturbance").onchange();
     parameters.words = message.words;
+    now.axis = message.axis;
     setup.steps = message.steps;
     list(message.signals);
+    $("trigger").value = "i_q";
+    $("trigger").onchange();
     watch(message.chosen);
     showTask();
     showNumbers([]);
     send({ kind: "parameters" });
   },
-  signals(message) { signals = message.signals; },
+  signals(message) { list({ ...signals, ...message.signals }); },
+  found(message) { foundVariables(message); },
+  values({ values }) { valuesCame(values); },
+  axis({ number }) {
+    Object.assign(now, { axis: number, state: "" });
+    state = ""; // until the next status
+    showState("-", "-");
+    allow();
+    Object.assign(parameters, { known: new Map(), undo: [] }); // the other's
+    undoable();
+  },
   chosen(message) { watch(message.chosen); },
   samples({ rows }) { samplesCame(rows); },
   status(message) {
@@ -71,6 +84,8 @@ const takes = {
   answer({ line, lines, own }) {
     setupAnswered(line, lines);
     bodeAnswered(line, lines);
+    if (own) variablesAnswered(line, lines);
+    if (own) stepAnswered(line, lines);
     log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
     if (own) $("last").textContent = `${line}: ${lines[0] ?? ""}${lines.length > 1 ? " ..." : ""}`;
     if (own) $("last").classList.toggle("refusal", Boolean(lines[0]?.startsWith("error")));

@@ -9,9 +9,9 @@ const TASKS = ["operate", "setup", "tune", "captures", "parameters", "log"];
 const task = () => TASKS.find((name) => location.hash === `#${name}`) || TASKS[0];
 
 function showTask() {
-  const shown = task();
+  const shown = task(), on = { captures: $("measure_on").value, tune: bode.on }[shown];
   document.querySelectorAll("section[data-task]").forEach((one) => {
-    const other = shown === "captures" && one.dataset.on && one.dataset.on !== $("measure_on").value;
+    const other = on && one.dataset.on && one.dataset.on !== on;
     one.hidden = !one.dataset.task.split(" ").includes(shown) || Boolean(other) || (one.id === "twin" && !live.paced);
   });
   document.querySelectorAll("nav a").forEach((link) => {
@@ -20,7 +20,7 @@ function showTask() {
   });
   document.body.dataset.shown = shown;
   document.title = `${shown} - mssfoc`;
-  [live.plots, captured.plots].forEach((plots) => plots.resize());
+  [live.plots, captured.plots, step.plots].forEach((plots) => plots.resize());
   [...bode.graphs, measure.graph].filter((graph) => graph?.maindiv_.checkVisibility()).forEach(fit);
 }
 
@@ -63,7 +63,8 @@ function showNumbers(lines) {
 
 const WORDS = { "switch on disabled": "OFF", "operation enabled": "ON", "quick stop active": "BRAKES", "fault": "FAULT",
   "fault reaction active": "FAULT", "not ready to switch on": "WAITS" };
-const now = { state: "", fault: "none", owner: "nobody" };
+const now = { state: "", fault: "none", owner: "nobody", axis: 1, current: 0 };
+const wordOf = (state, fault) => (fault === "none" ? WORDS[state] || "STARTS" : "FAULT");
 
 function showState(word, text) {
   $("word").textContent = word;
@@ -71,10 +72,24 @@ function showState(word, text) {
   $("state").textContent = text;
 }
 
-function stateCame({ state, fault, lines, hint, since }) {
+// Of a drive with two: state, speed and owner of each, and which one the page is for.
+function showAxes(axes) {
+  $("axes").hidden = axes.length < 2;
+  axes.forEach(({ state: one, fault, owner, rpm }, k) => {
+    const button = $("axes").children[k] || $("axes").appendChild(element("button", {
+      onclick: () => send({ kind: "axis", number: k + 1 }) }));
+    button.textContent = `axis ${k + 1}: ${wordOf(one, fault)}, ${places(rpm, 0)} rpm, ${owner}`;
+    button.setAttribute("aria-pressed", String(k + 1 === now.axis));
+  });
+}
+
+function stateCame({ state, fault, lines, hint, since, axes = [] }) {
   const owner = lines.find((line) => line.startsWith("commanded by: "))?.slice(14) ?? "nobody";
-  Object.assign(now, { state, fault, owner });
-  showState(fault === "none" ? WORDS[state] || "STARTS" : "FAULT", `${state}${fault === "none" ? "" : `, fault: ${fault}`}`);
+  const [d, q] = lines.find((line) => line.startsWith("current: "))?.match(/-?\d+\.\d+/g).map(Number) || [0, 0];
+  Object.assign(now, { state, fault, owner, current: Math.hypot(d, q),
+    reference: Number(lines.find((line) => line.startsWith("speed: "))?.match(/reference (-?[\d.]+)/)?.[1]) || 0 });
+  showAxes(axes);
+  showState(wordOf(state, fault), `${state}${fault === "none" ? "" : `, fault: ${fault}`}`);
   $("owner").textContent = owner;
   $("take").hidden = ["nobody", "the console"].includes(owner);
   $("take").textContent = `take over from ${owner}`;

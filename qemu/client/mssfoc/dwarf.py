@@ -11,25 +11,25 @@ import os
 import tempfile
 from pathlib import Path
 
-from .errors import LauncherError
-from .paths import shown
+from .errors import Refused
 
 _TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type")
 _SIGNED_ENCODINGS = (0x05, 0x06)  # DW_ATE_signed, DW_ATE_signed_char
 _UNSIGNED_ENCODINGS = (0x02, 0x07, 0x08)  # DW_ATE_boolean, DW_ATE_unsigned, DW_ATE_unsigned_char
-_NUMBERS = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s16", (4, False): "u32", (4, True): "s32"}
+_NUMBERS = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s16", (4, False): "u32", (4, True): "s32",
+            (8, False): "u64", (8, True): "s64"}
 
 
 def described(elf_path):
     """{"producer": text, "functions": {name: address}, "variables": {name: [address, type]}, "enums": {tag: [[value, name]]},
     "segments": [[address, base64]], "types": [...]}; a type is an index into "types", or None. A type has "size" (bytes or
-    None), "number" ("s32", ... or ""), "members" ({name: [offset, type]}), "element" (type of an array's elements) and "count"
-    (of them, or None).
+    None), "number" ("s32", ... or ""), "enum" (its tag or ""), "members" ({name: [offset, type]}), "element" (type of an
+    array's elements) and "count" (of them, or None).
     """
     try:
         content = Path(elf_path).read_bytes()
     except OSError as error:
-        raise LauncherError(f"cannot read {shown(elf_path)}: {error.strerror} (run make first)") from error
+        raise Refused(f"cannot read {elf_path}: {error.strerror} (run make first)") from error
     key = hashlib.sha256(content + Path(__file__).read_bytes()).hexdigest()
     kept = Path(f"{elf_path}.symbols")
     known = _kept(kept, key)
@@ -68,10 +68,10 @@ def _read(elf_path):
         with open(elf_path, "rb") as file:
             elf = ELFFile(file)
             if not elf.has_dwarf_info():
-                raise LauncherError(f"{shown(elf_path)} has no debug information (built without -g?)")
+                raise Refused(f"{elf_path} has no debug information (built without -g?)")
             return {**_Reader().read(elf.get_dwarf_info()), "functions": _functions(elf), "segments": _segments(elf)}
     except ELFError as error:
-        raise LauncherError(f"{shown(elf_path)} is not an ELF file: {error}") from error
+        raise Refused(f"{elf_path} is not an ELF file: {error}") from error
 
 
 def _functions(elf):
@@ -85,6 +85,26 @@ def _segments(elf):
     """What the image loads, and where."""
     return [[segment["p_vaddr"], base64.b64encode(segment.data()).decode()] for segment in elf.iter_segments()
             if segment["p_type"] == "PT_LOAD"]
+
+
+def found(known, name):
+    """(address, type) of a dotted name, log[2].code; None when the image has none of that name."""
+    head, *members = name.replace("[", ".[").split(".")
+    address, kind = known["variables"].get(head, (None, None))
+    for member in members:
+        entry = {"members": {}, "element": None} if kind is None else known["types"][kind]
+        step = _element(known, entry, member[1:-1]) if member.startswith("[") else entry["members"].get(member)
+        if step is None:
+            return None
+        address, kind = address + step[0], step[1]
+    return None if address is None else (address, kind)
+
+
+def _element(known, entry, index):
+    size = None if entry["element"] is None else known["types"][entry["element"]]["size"]
+    if size is None or not index.isdigit() or (entry["count"] is not None and int(index) >= entry["count"]):
+        return None
+    return int(index) * size, entry["element"]
 
 
 class _Reader:
@@ -132,11 +152,13 @@ class _Reader:
         if die.offset not in self._known:
             self._known[die.offset] = len(self._types)
             size = die.attributes.get("DW_AT_byte_size")
-            entry = {"size": size.value if size else None, "number": _number(die), "members": {}, "element": None,
+            entry = {"size": size.value if size else None, "number": _number(die), "enum": "", "members": {}, "element": None,
                      "count": None}
             self._types.append(entry)
             if die.tag in ("DW_TAG_structure_type", "DW_TAG_union_type"):
                 entry["members"] = self._members(die)
+            elif die.tag == "DW_TAG_enumeration_type" and "DW_AT_name" in die.attributes:
+                entry["enum"] = _name(die)
             elif die.tag == "DW_TAG_array_type":
                 entry["element"], entry["count"] = self._type(die), _count(die)
         return self._known[die.offset]
