@@ -3,6 +3,12 @@
 
 #include "Vplant.h"
 #include "Vplant___024root.h"
+#include "verilated.h"
+
+#if VERILATOR_VERSION_INTEGER == 5006000
+#define INNER_NAMES
+void Vplant___024root___eval_nba(Vplant___024root *root);
+#endif
 
 struct rtl_plant {
     Vplant top;
@@ -11,17 +17,31 @@ struct rtl_plant {
 namespace
 {
 constexpr int64_t HALF = 1 << 18;
+constexpr int LOOK_FROM = 84, LOOK_TO = 5; /* angles are written, a step begins, pins follow */
 
+/* As rtl_one_clock() of the axis: eval() would ask twice what the inputs have done and when the clock rises. */
 void edge(Vplant &top)
 {
+#ifdef INNER_NAMES
+    top.rootp->__VnbaTriggered.at(0) = 1;
+    Vplant___024root___eval_nba(top.rootp);
+    top.rootp->__VnbaTriggered.at(0) = 0;
+#else
     top.clk = 1;
     top.eval();
     top.clk = 0;
     top.eval();
+#endif
 }
 
 void drive(Vplant &top, const rtl_plant_in *in)
 {
+    bool same = top.gate_high == in->gate_high && top.gate_low == in->gate_low && top.chops == in->chops &&
+                top.cs_n == in->cs_n && top.sclk == in->sclk && top.temp_cs_n == in->temp_cs_n &&
+                top.temp_sclk == in->temp_sclk;
+    if (same) {
+        return;
+    }
     top.gate_high = in->gate_high;
     top.gate_low = in->gate_low;
     top.chops = in->chops;
@@ -29,6 +49,7 @@ void drive(Vplant &top, const rtl_plant_in *in)
     top.sclk = in->sclk;
     top.temp_cs_n = in->temp_cs_n;
     top.temp_sclk = in->temp_sclk;
+    top.eval();
 }
 
 void transfer(Vplant &top, bool writes, uint32_t offset, uint32_t value)
@@ -38,6 +59,7 @@ void transfer(Vplant &top, bool writes, uint32_t offset, uint32_t value)
     top.pwrite = writes;
     top.paddr = (uint16_t)offset;
     top.pwdata = value;
+    top.eval();
     edge(top);
     top.penable = 1;
     top.eval();
@@ -52,6 +74,7 @@ struct rtl_plant *rtl_plant_new(void)
     rtl_plant *p = new rtl_plant;
     p->top.cs_n = p->top.sclk = p->top.temp_cs_n = p->top.temp_sclk = 1;
     p->top.rst_n = 0;
+    p->top.eval();
     edge(p->top);
     edge(p->top);
     p->top.rst_n = 1;
@@ -66,6 +89,23 @@ void rtl_plant_clock(struct rtl_plant *p, const struct rtl_plant_in *in, struct 
     edge(top);
     *out = {(uint8_t)top.sdata, (uint8_t)top.pin_hall, (bool)top.temp_sdata, (bool)top.pin_a,
             (bool)top.pin_b,    (bool)top.pin_index,   (bool)top.pin_lost};
+}
+
+bool rtl_plant_transfer(struct rtl_plant *p, const struct rtl_plant_in *in, struct rtl_plant_out *out, uint32_t offset,
+                        uint32_t value)
+{
+    Vplant &top = p->top;
+    bool second = top.psel;
+    top.penable = second;
+    top.psel = top.pwrite = 1;
+    top.paddr = (uint16_t)offset;
+    top.pwdata = value;
+    top.eval();
+    rtl_plant_clock(p, in, out);
+    top.psel = !second;
+    top.penable = 0;
+    top.eval();
+    return second;
 }
 
 void rtl_plant_clocks(struct rtl_plant *p, const struct rtl_plant_in *in, uint64_t clocks)
@@ -87,9 +127,11 @@ uint32_t rtl_plant_read(struct rtl_plant *p, uint32_t offset)
     p->top.penable = 0;
     p->top.pwrite = 0;
     p->top.paddr = (uint16_t)offset;
+    p->top.eval();
     edge(p->top);
     uint32_t value = p->top.prdata;
     p->top.penable = 1;
+    p->top.eval();
     edge(p->top);
     p->top.psel = p->top.penable = 0;
     p->top.eval();
@@ -117,6 +159,29 @@ int rtl_plant_writes(const struct rtl_plant *p, int64_t *word)
     const Vplant___024root *r = p->top.rootp;
     *word = (int64_t)(r->plant__DOT__word << 28) >> 28;
     return r->plant__DOT__valid ? r->plant__DOT__place : -1;
+}
+
+uint64_t rtl_plant_rests(const struct rtl_plant *p)
+{
+    const Vplant___024root *r = p->top.rootp;
+    int phase = r->plant__DOT__core__DOT__clock;
+    if (phase < LOOK_TO || phase >= LOOK_FROM) {
+        return 1;
+    }
+    uint32_t quarter = r->plant__DOT__shaft__DOT__way & 0x3FFFFFFF;
+    int64_t increment = (int32_t)r->plant__DOT__shaft__DOT__increment;
+    int64_t room = increment >= 0 ? 0x3FFFFFFF - (int64_t)quarter : (int64_t)quarter;
+    int64_t left = increment == 0 ? LOOK_FROM : room / (increment < 0 ? -increment : increment) - 2,
+            until = LOOK_FROM - phase;
+    left = left < until ? left : until;
+    return left < 1 ? 1 : (uint64_t)left;
+}
+
+void rtl_plant_look(const struct rtl_plant *p, struct rtl_plant_out *out)
+{
+    const Vplant &top = p->top;
+    *out = {(uint8_t)top.sdata, (uint8_t)top.pin_hall, (bool)top.temp_sdata, (bool)top.pin_a,
+            (bool)top.pin_b,    (bool)top.pin_index,   (bool)top.pin_lost};
 }
 
 int rtl_plant_phase(const struct rtl_plant *p)

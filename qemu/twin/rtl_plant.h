@@ -28,6 +28,9 @@ struct rtl_plant;
 struct rtl_plant *rtl_plant_new(void);
 /* A clock with the pins as they are. */
 void rtl_plant_clock(struct rtl_plant *p, const struct rtl_plant_in *in, struct rtl_plant_out *out);
+/* The same with half of a write to a register; true: that was the second half. */
+bool rtl_plant_transfer(struct rtl_plant *p, const struct rtl_plant_in *in, struct rtl_plant_out *out, uint32_t offset,
+                        uint32_t value);
 /* The same many times, for pins that rest; looks at nothing. */
 void rtl_plant_clocks(struct rtl_plant *p, const struct rtl_plant_in *in, uint64_t clocks);
 /* Registers, each in two clocks in which the gates rest. */
@@ -40,6 +43,9 @@ int64_t rtl_plant_get(const struct rtl_plant *p, int place);
 int rtl_plant_writes(const struct rtl_plant *p, int64_t *word);
 /* The clock of the step. */
 int rtl_plant_phase(const struct rtl_plant *p);
+/* Clocks, one at least, in which no pin of encoder and Hall switches changes; those of converters follow CS and SCLK alone. */
+uint64_t rtl_plant_rests(const struct rtl_plant *p);
+void rtl_plant_look(const struct rtl_plant *p, struct rtl_plant_out *out);
 
 #ifdef __cplusplus
 }
