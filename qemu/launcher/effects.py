@@ -3,6 +3,7 @@
 
     full                    everything the data files describe (default)
     ideal                   sine EMF, no saturation, prompt sensors, stiff bus: noise, offsets, cogging and friction remain
+    rtl                     what the motor in RTL knows, as "ideal" but for heat, with all friction; needs FABRIC=rtl, and is the RTL
     full,-saturation,-bus   everything but these
     ideal,+saturation       these besides
 
@@ -71,6 +72,11 @@ class Plant:
                     result.update({key: value for key, value in neutral.items() if key in result})
         return result
 
+    @property
+    def in_rtl(self):
+        """Whether the motor is the one in RTL."""
+        return self.text.startswith("rtl")
+
     def has(self, effect):
         """Whether all of it is on."""
         return dict(self.levels)[effect] == _ON
@@ -79,9 +85,11 @@ class Plant:
 def parse_plant(text="full"):
     """The Plant of a text, or one line that says what is wrong with it."""
     base, *changes = [word.strip() for word in str(text or "full").split(",")]
-    if base not in ("full", "ideal"):
-        raise LauncherError(f"PLANT '{text}' begins with neither 'full' nor 'ideal'")
+    if base not in ("full", "ideal", "rtl"):
+        raise LauncherError(f"PLANT '{text}' begins with neither 'full' nor 'ideal' nor 'rtl'")
     levels = dict.fromkeys(EFFECTS, _ON if base == "full" else _KEPT)
+    if base == "rtl":
+        levels.update(friction=_ON, temperature=_OFF)
     for change in changes:
         sign, effect = change[:1], change[1:].strip()
         if sign not in ("+", "-"):

@@ -92,6 +92,7 @@ def _ask(path, *arguments):
 
 
 FABRICS = {"model": None, "rtl": ("fabric/axis.so", "fabric/axis_in_en.so")}  # by [bridge] in_en
+PLANT_IN_RTL = "fabric/axis_plant.so"
 
 
 def fabric_files(fabric, build, *drives):
@@ -100,11 +101,16 @@ def fabric_files(fabric, build, *drives):
         raise LauncherError(f"FABRIC '{fabric}' is neither model, the twin's C models, nor rtl, the verilated RTL")
     if FABRICS[fabric] is None and any(drive.inverter["sensor"]["modulators"] for drive in drives):
         raise LauncherError("isolated modulators (SENSORS, [sensor] modulators) need FABRIC=rtl: the C models have none")
+    if FABRICS[fabric] is None and any(drive.plant.in_rtl for drive in drives):
+        raise LauncherError("PLANT=rtl, the motor in RTL, needs FABRIC=rtl: it is at the pins of the RTL")
     if FABRICS[fabric] is None:
         return {}
     if len(drives) > 1:
         raise LauncherError(f"FABRIC={fabric} has one axis only: two motors need FABRIC=model")
-    library = build / FABRICS[fabric][drives[0].inverter["bridge"]["in_en"]]
+    in_en = drives[0].inverter["bridge"]["in_en"]
+    if drives[0].plant.in_rtl and in_en:
+        raise LauncherError("PLANT=rtl has six gates, and no drivers with an input and an enable for each leg")
+    library = build / (PLANT_IN_RTL if drives[0].plant.in_rtl else FABRICS[fabric][in_en])
     if not library.is_file():
         raise LauncherError(f"{shown(library)} is missing: run make axis first (needs verilator and g++)")
     return {"fabric": library.resolve()}

@@ -9,6 +9,7 @@
 #include "irqlog.h"
 #include "probes.h"
 #include "qemu_api.h"
+#include "rtl_motor.h"
 #include "scenario.h"
 #include "trace.h"
 
@@ -270,6 +271,9 @@ static void init_plant(struct axis *a, const struct config *config)
     params.fabric = config->fabric_path
                         ? fabric_rtl_open(config->fabric_path, &params.sensors, params.inverter.in_en != 0, params.seed)
                         : NULL;
+    if (params.fabric) {
+        rtl_motor_open(params.fabric, &params);
+    }
     plant_init(&a->plant, &params);
     plant_join(&a->plant, number_of(a), count, a == axes ? NULL : &axes[0].plant);
     a->plant.on_trigger = record;

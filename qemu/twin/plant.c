@@ -166,6 +166,14 @@ static void trigger(struct plant *p)
 
 /* ---- events ---- */
 
+/* A motor in RTL goes with the fabric's clock. */
+static void follow_motor(struct plant *p)
+{
+    if (p->fabric->follow_motor) {
+        p->fabric->follow_motor(p->fabric, p);
+    }
+}
+
 /* The integration need not stop there. A comparator that trips before such an edge is found after it; inverter_command() puts
  * that right. */
 static bool needs_no_physics(const struct plant *p, sim_ps next)
@@ -185,6 +193,7 @@ static void take_fabric_event(struct plant *p)
 {
     show_hall(p);
     unsigned what = p->fabric->ops->take_event(p->fabric);
+    follow_motor(p);
     follow_gates(p, p->now);
     if (what & FABRIC_TRIGGERED) {
         trigger(p);
@@ -196,6 +205,10 @@ static void take_fabric_event(struct plant *p)
 
 static void integrate(struct plant *p, sim_ps to)
 {
+    if (p->fabric->follow_motor) {
+        p->now = to;
+        return;
+    }
     bool was_tripped = p->inverter.overcurrent;
     sim_ps from = p->now;
     double from_rad = p->motor.theta_rad, from_rad_s = p->motor.speed_rad_s;
@@ -249,6 +262,7 @@ void plant_advance(struct plant *p, sim_ps to)
         take_events(p, to); /* a trip opens the switches after their delay */
     }
     p->fabric->ops->catch_up(p->fabric, to);
+    follow_motor(p);
 }
 
 sim_ps plant_next_trigger(const struct plant *p)

@@ -42,7 +42,9 @@ void read_outputs(const Vfabric_axis &top, rtl_outputs *out)
 
 rtl_axis *create()
 {
-    return new rtl_axis;
+    rtl_axis *axis = new rtl_axis;
+    axis->motor = rtl_motor_new();
+    return axis;
 }
 
 void settle(rtl_axis *axis, const rtl_inputs *in, rtl_outputs *out)
@@ -50,6 +52,9 @@ void settle(rtl_axis *axis, const rtl_inputs *in, rtl_outputs *out)
     Vfabric_axis &top = axis->top;
 #define DRIVE_PORT(type, name) top.name = in->name;
     RTL_INPUTS(DRIVE_PORT)
+    if (axis->motor) {
+        rtl_motor_pins(axis);
+    }
     top.sync_in = 0;
     top.clk = 0;
     top.eval();
@@ -67,18 +72,28 @@ uint64_t one_clock(rtl_axis *axis, uint64_t from)
     return 1;
 }
 
+/* At most so many clocks, the first of them `from` behind the beginning of the run. */
+uint64_t advance(rtl_axis *axis, uint64_t from, uint64_t most)
+{
+    if (axis->rest > 0) {
+        axis->rest--;
+        return one_clock(axis, from);
+    }
+    int64_t glided = rtl_glide(axis, from, (int64_t)most);
+    return glided == 0 ? one_clock(axis, from) : (uint64_t)glided;
+}
+
 uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
 {
     const rtl_outputs before = axis->seen;
     uint64_t n = 0;
     while (n < clocks && std::memcmp(&before, &axis->seen, sizeof before) == 0) {
-        if (axis->rest > 0) {
-            axis->rest--;
-            n += one_clock(axis, n);
-        } else {
-            int64_t glided = rtl_glide(axis, n, (int64_t)(clocks - n));
-            n += glided == 0 ? one_clock(axis, n) : (uint64_t)glided;
+        uint64_t left = clocks - n, rests = axis->motor ? rtl_motor_rests(axis) : left;
+        uint64_t took = advance(axis, n, rests < left ? rests : left);
+        if (axis->motor) {
+            rtl_motor_clocks(axis, before, took);
         }
+        n += took;
         read_outputs(axis->top, &axis->seen);
     }
     *out = axis->seen;
@@ -94,6 +109,7 @@ void modulate(rtl_axis *axis, rtl_bits *bits, void *context)
 
 const rtl_axis_calls *rtl_axis_open(void)
 {
-    static const rtl_axis_calls calls = {RTL_AXIS_VERSION, IN_EN, create, settle, run, rtl_look, modulate};
+    static const rtl_axis_calls calls = {RTL_AXIS_VERSION,   IN_EN, create, settle, run, rtl_look, modulate,
+                                         rtl_motor_functions};
     return &calls;
 }

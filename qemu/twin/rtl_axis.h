@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#define RTL_AXIS_VERSION 4
+#define RTL_AXIS_VERSION 5
 
 /* clang-format off */
 /* Pins by the names of fabric_axis.v. Bits of sdata: bus voltage C B A; of hall, high and low: C B A. */
@@ -55,6 +55,15 @@ typedef unsigned rtl_bits(void *context, uint64_t clocks);
 
 struct rtl_axis;
 
+/* A motor in RTL (rtl_plant.h) at the pins of the axis, clocked with it: all pins of converters, encoder and Hall switches are
+ * its own, whatever the inputs say. */
+struct rtl_motor_calls {
+    void (*put)(struct rtl_axis *axis, int place, int64_t word);
+    int64_t (*get)(const struct rtl_axis *axis, int place);
+    /* A register, in the next clocks. */
+    void (*write)(struct rtl_axis *axis, uint32_t offset, uint32_t value);
+};
+
 struct rtl_axis_calls {
     unsigned version;
     bool in_en; /* pin_high are the legs' inputs, pin_low their enables */
@@ -66,6 +75,7 @@ struct rtl_axis_calls {
     void (*look)(const struct rtl_axis *axis, struct rtl_pwm *pwm, struct rtl_beside *beside);
     /* Without, the modulators' lines are 0. */
     void (*modulate)(struct rtl_axis *axis, rtl_bits *bits, void *context);
+    const struct rtl_motor_calls *motor; /* NULL: none */
 };
 
 const struct rtl_axis_calls *rtl_axis_open(void);

@@ -11,6 +11,8 @@
 #include "rtl_axis.h"
 #include "verilated.h"
 
+struct rtl_motor;
+
 using root_type = Vfabric_axis___024root;
 
 struct rtl_axis {
@@ -20,6 +22,7 @@ struct rtl_axis {
     int rest = 0;             /* clocks before the next try to take many at once */
     rtl_bits *bits = nullptr; /* of the modulators */
     void *bits_of = nullptr;
+    rtl_motor *motor = nullptr; /* at its pins */
     bool checks = std::getenv("MSSFOC_EVERY_CLOCK") != nullptr;
 };
 
@@ -49,6 +52,14 @@ static inline int64_t rtl_lesser(int64_t a, int64_t b)
 void rtl_one_clock(Vfabric_axis &top);
 // The next bits, after the modulators' clock has risen, so many clocks from the beginning of the run on.
 void rtl_take_bits(rtl_axis *axis, uint64_t clocks);
+// With a motor at its pins: as many clocks, at most, in which it shows nothing new there.
+rtl_motor *rtl_motor_new(void);
+uint64_t rtl_motor_rests(const rtl_axis *axis);
+// So many clocks of the motor, with the axis' outputs of before them.
+void rtl_motor_clocks(rtl_axis *axis, const rtl_outputs &before, uint64_t clocks);
+// The motor's pins, in place of what the inputs say.
+void rtl_motor_pins(rtl_axis *axis);
+extern const rtl_motor_calls *const rtl_motor_functions;
 // As many clocks as take no decision, `most` at most, and one at least; returns how many.
 int64_t rtl_glide(rtl_axis *axis, uint64_t from, int64_t most);
 void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_beside *beside);

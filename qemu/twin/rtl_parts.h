@@ -47,6 +47,7 @@ struct fabric_rtl {
     int64_t sto_at;                  /* safe torque off may stop; INT64_MAX: no input asks */
     struct lines lines;
     uint32_t id_xor;
+    struct rtl_motor_state *motor; /* rtl_motor.c; NULL: none in RTL */
 };
 
 static inline struct fabric_rtl *rtl_of(struct fabric *f)

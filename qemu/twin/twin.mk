@@ -19,7 +19,7 @@ TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map slots shaft 
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \
     cycles_cache cycles_decode cycles_fetch cycles_price cycles_rules cycles_table irqlog irqpath reach dump dwt \
     can_bus can_device watchdog sysreg chip mmuart serial_bus gpio trace trace_csv recording probes console scenario live \
-    lines envm_board fabric_rtl rtl_clock rtl_ahead axes twin
+    lines envm_board fabric_rtl rtl_clock rtl_ahead rtl_motor plant_words axes twin
 
 TWIN_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) $(TWIN_PLUGIN))
 MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) \
@@ -41,10 +41,12 @@ $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
 
+$(BUILD)/qemu/twin/plant_words.o $(BUILD)/qemu/twin/rtl_motor.o: $(BUILD)/fabric/plant_addresses.h
+
 $(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 	@mkdir -p $(@D)
 	$(call say,CC)
-	$(Q)$(HOSTCC) $(TWIN_CFLAGS) -MMD -MP -c $< -o $@
+	$(Q)$(HOSTCC) $(TWIN_CFLAGS) -I$(BUILD)/fabric -MMD -MP -c $< -o $@
 
 -include $(wildcard $(BUILD)/qemu/twin/*.d)
 

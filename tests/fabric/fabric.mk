@@ -3,7 +3,7 @@
 # the top Makefile, which defines PYTHON, BUILD and `say`.
 
 FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-netlist fabric-proofs fabric-benches fabric-lockstep \
-    fabric-mutants
+    fabric-plant fabric-mutants
 FABRIC_RTL = $(wildcard drivers/fabric/rtl/*.v)
 
 HOSTCXX ?= g++
@@ -38,26 +38,33 @@ fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py
 
 # the RTL that `make run FABRIC=rtl` puts into the twin; lean: no coverage, no tracing
+PLANT_DIR = $(BUILD)/fabric/plant
 AXIS_SOURCES = $(addprefix qemu/twin/,rtl_axis.cpp rtl_glide.cpp rtl_filters.cpp rtl_look.cpp)
-AXIS_HEADERS = $(addprefix qemu/twin/,rtl_axis.h rtl_names.h rtl_axis.vlt)
+AXIS_HEADERS = $(addprefix qemu/twin/,rtl_axis.h rtl_names.h rtl_axis.vlt rtl_motor.cpp rtl_no_motor.cpp \
+    rtl_plant.h)
 
 # and for drivers with an input and an enable for each leg
 $(BUILD)/fabric/axis.so: IN_EN = 0
 $(BUILD)/fabric/axis_in_en.so: IN_EN = 1
+# with a motor in RTL at its pins
+$(BUILD)/fabric/axis_plant.so: IN_EN = 0
 AXIS = $(BUILD)/fabric/$*
 AXIS_NEEDS = $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXIS_HEADERS) tests/fabric/fabric.mk
 
-$(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so: $(BUILD)/fabric/%.so: $(AXIS_NEEDS)
+$(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so: AXIS_END = qemu/twin/rtl_no_motor.cpp
+$(BUILD)/fabric/axis_plant.so: AXIS_END = qemu/twin/rtl_motor.cpp $(PLANT_DIR)/rtl_plant.o $(PLANT_DIR)/Vplant__ALL.a
+$(BUILD)/fabric/axis_plant.so: $(PLANT_DIR)/plant.a
+$(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so $(BUILD)/fabric/axis_plant.so: $(BUILD)/fabric/%.so: $(AXIS_NEEDS)
 	@mkdir -p $(AXIS)
 	$(call say,VERILATE)
 	$(Q)$(VERILATE) -GIN_EN=$(IN_EN) qemu/twin/rtl_axis.vlt --Mdir $(AXIS) > /dev/null
 	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
 	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
 	$(Q)$(HOSTCXX) -std=c++17 -DIN_EN=$(IN_EN) -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) \
-	    -isystem $(VERILATED_INCLUDE) -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS)/Vfabric_axis__ALL.a \
+	    -isystem $(VERILATED_INCLUDE) -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS_END) $(AXIS)/Vfabric_axis__ALL.a \
 	    $(AXIS)/verilated.o $(AXIS)/verilated_threads.o -o $@ -lpthread
 
-axis: $(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so
+axis: $(addprefix $(BUILD)/fabric/,axis.so axis_in_en.so axis_plant.so)
 
 LOCKSTEP = $(BUILD)/fabric/lockstep
 LOCKSTEP_MODELS = pwm adc encoder gate sto chopper watch fabric_model
@@ -79,7 +86,7 @@ $(LOCKSTEP)/rtl.a $(LOCKSTEP)/rtl1.a: $(LOCKSTEP)/%.a: $(FABRIC_RTL) $(FABRIC_RE
 $(LOCKSTEP)/%.o: qemu/twin/%.c $(wildcard qemu/twin/*.h) tests/fabric/fabric.mk
 	@mkdir -p $(@D)
 	$(call say,CC)
-	$(Q)$(HOSTCC) -std=gnu11 -O2 $(HOST_WARNINGS) -c $< -o $@
+	$(Q)$(HOSTCC) -std=gnu11 -O2 $(HOST_WARNINGS) -I$(BUILD)/fabric -c $< -o $@
 
 LOCKSTEPS = $(LOCKSTEP)/lockstep $(LOCKSTEP)/lockstep1
 
@@ -102,4 +109,37 @@ fabric-benches:
 fabric-mutants:
 	@$(PYTHON) tests/fabric/mutate.py
 
+lockstep: $(PLANT_DIR)/plant.so $(PLANT_DIR)/lockstep
+
+fabric-plant: $(PLANT_DIR)/plant.so $(PLANT_DIR)/lockstep
+	@$(PYTHON) tests/fabric/plant_exact.py && $(PYTHON) tests/fabric/plant_lockstep.py
+
 .PHONY: fabric registers lockstep axis $(FABRIC_STEPS)
+
+# the plant in RTL, alone: for its benches and for the lockstep with the C plant
+PLANT_SOURCES = $(wildcard drivers/fabric/rtl/plant/*.v) $(FABRIC_REGISTERS)
+PLANT_VERILATE = $(VERILATOR) --cc -O3 -Wall --x-assign fast --x-initial fast --noassert --language 1364-2005 \
+    -Idrivers/fabric/rtl/plant -I$(BUILD)/fabric --top-module plant drivers/fabric/rtl/plant/plant.v qemu/twin/rtl_plant.vlt
+PLANT_CXX = $(HOSTCXX) -std=c++17 -O3 -fPIC $(HOST_WARNINGS) -Iqemu/twin -I$(PLANT_DIR) -isystem $(VERILATED_INCLUDE) \
+    -isystem $(VERILATED_INCLUDE)/vltstd
+
+RTL_PLANT = $(addprefix qemu/twin/rtl_plant,.cpp .h .vlt)
+$(PLANT_DIR)/plant.a: $(PLANT_SOURCES) $(RTL_PLANT) tests/fabric/fabric.mk
+	@mkdir -p $(@D)
+	$(call say,VERILATE)
+	$(Q)$(PLANT_VERILATE) --Mdir $(@D) > /dev/null
+	$(Q)$(MAKE) -s -C $(@D) -f Vplant.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
+	    Vplant__ALL.a verilated.o verilated_threads.o > $(@D)/log 2>&1 || { tail -n 5 $(@D)/log; exit 1; }
+	$(Q)$(PLANT_CXX) -c qemu/twin/rtl_plant.cpp -o $(@D)/rtl_plant.o
+	@rm -f $@
+	$(Q)ar rcs $@ $(@D)/*.o
+
+$(PLANT_DIR)/plant.so: $(PLANT_DIR)/plant.a
+	$(Q)$(HOSTCXX) -shared -Wl,--whole-archive $< -Wl,--no-whole-archive -lpthread -o $@
+
+# against the C plant: its physics, what makes words of its parameters, and the plant in RTL
+PLANT_LOCKSTEP_OBJECTS = $(patsubst %,$(LOCKSTEP)/%.o,$(TWIN_PHYSICS) plant_words)
+$(PLANT_DIR)/lockstep: tests/fabric/plant/lockstep.c $(PLANT_LOCKSTEP_OBJECTS) $(PLANT_DIR)/plant.a
+	$(call say,LD)
+	$(Q)$(HOSTCC) -std=gnu11 -O2 $(HOST_WARNINGS) -Iqemu/twin -I$(BUILD)/fabric -c $< -o $(LOCKSTEP)/plant_main.o
+	$(Q)$(HOSTCXX) $(LOCKSTEP)/plant_main.o $(PLANT_LOCKSTEP_OBJECTS) $(PLANT_DIR)/plant.a -lm -lpthread -o $@

@@ -4,7 +4,7 @@ import subprocess
 import sys
 import tempfile
 
-from places import RTL, includes
+from places import PLANT, RTL, includes
 
 TOP = "fabric"
 
@@ -21,12 +21,24 @@ def commands(rtl, axes, out):
     }
 
 
+def of_plant(out, plant=PLANT):
+    """The same of the motor beside the drive."""
+    sources = [str(path) for path in sorted(plant.glob("*.v"))]
+    return {
+        "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", *includes(plant), "--top-module", "plant",
+                      str(plant / "plant.v")],
+        "iverilog": ["iverilog", "-Wall", "-g2005", *includes(plant), "-o", out, "-s", "plant", *sources],
+        "yosys": ["yosys", "-q", "-p", f"read_verilog {' '.join([*includes(plant), *sources])}; blackbox plant_memory; "
+                  "hierarchy -check -top plant; proc; flatten; opt_clean; check -assert"],
+    }
+
+
 def findings(rtl=RTL):
     """[(tool, what it says)]: what a tool says at all is a finding, for one axis and for two."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
-        for axes in (1, 2):
-            for tool, command in commands(rtl, axes, f"{folder}/{TOP}").items():
+        for made in (commands(rtl, 1, f"{folder}/{TOP}"), commands(rtl, 2, f"{folder}/{TOP}"), of_plant(f"{folder}/plant")):
+            for tool, command in made.items():
                 run = subprocess.run(command, capture_output=True, text=True)
                 said = [line for line in (run.stdout + run.stderr).split("\n") if line.strip() and not timescale(line)]
                 if run.returncode or said:
@@ -44,7 +56,7 @@ def main():
     for tool, text in found:
         print(f"lint {tool}: {text}")
     if not found:
-        print("lint: no warning in verilator, iverilog, yosys; 1 axis and 2")
+        print("lint: no warning in verilator, iverilog, yosys; 1 axis and 2, and the plant")
     return 1 if found else 0
 
 

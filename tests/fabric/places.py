@@ -5,6 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 RTL = ROOT / "drivers/fabric/rtl"
+PLANT = RTL / "plant"      # a motor beside the drive: docs/fabric.md
 REGISTERS = ROOT / os.environ.get("BUILD", "build") / "fabric"
 
 
@@ -13,3 +14,8 @@ def includes(rtl=RTL):
     if not (REGISTERS / "mssfoc_regs.vh").is_file():
         raise FileNotFoundError(f"{REGISTERS}/mssfoc_regs.vh is missing: run make registers")
     return [f"-I{rtl}", f"-I{REGISTERS}"]
+
+
+def sources(block):
+    """The files of a block's netlist."""
+    return sorted((PLANT if block == "plant" else RTL).glob("*.v"))

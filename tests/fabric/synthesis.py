@@ -19,20 +19,22 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from places import ROOT, RTL, includes
+from places import ROOT, RTL, includes, sources
 
 BUDGETS = ROOT / "tests/fabric/budgets.toml"
 REFERENCE = 23
-BLOCKS = ("pwm", "adc", "encoder", "gate", "sto", "apb_slave", "fabric", "two_axes")
+BLOCKS = ("pwm", "adc", "encoder", "gate", "sto", "apb_slave", "fabric", "two_axes", "plant")
 AXES = {"two_axes": 2}        # the whole fabric with more than one
-FIGURES = ("CFG", "ARI1", "SLE", "MACC", "levels")
+FIGURES = ("CFG", "ARI1", "SLE", "MACC", "RAM64", "levels")
 BUDGETED = FIGURES[:-1]
 MAPPED = ("CFG", "ARI1")       # differ by a few with the names of cells, and so with edits elsewhere; the others do not
 SLACK_PERCENT, SLACK_LEAST = 5, 4
 MOST_LEVELS = 6
-STOPS = ("SLE", "MACC")
-MATH_BLOCK = "adc_multiply"   # yosys would make tables of it; it has registers on both sides
-OUTPUTS = {"Y", "S", "FCO", "Q", "product"}
+STOPS = ("SLE", "MACC", "RAM64")
+# yosys would make tables of them, and flip-flops; they have registers on both sides
+MATH_BLOCKS = ("adc_multiply", "plant_multiply")
+MEMORY, MEMORY_IS = "plant_memory", 2     # RAM64x18, side by side
+OUTPUTS = {"Y", "S", "FCO", "Q", "product", "read_a", "read_b"}
 
 
 def version():
@@ -50,36 +52,39 @@ def nearest(minor):
     return file_of(max((one for one in known if one <= minor), default=REFERENCE))
 
 
-def bare(folder, sources):
-    """Writes sources without comments: yosys names cells by their lines, and its mapping depends on the names."""
-    for path in sources:
+def bare(folder, files_of):
+    """Writes files without comments: yosys names cells by their lines, and its mapping depends on the names."""
+    for path in files_of:
         lines = (line.partition("//")[0].rstrip() for line in path.read_text(encoding="utf-8").split("\n"))
         (folder / path.name).write_text("".join(f"{line}\n" for line in lines if line), encoding="utf-8")
         yield str(folder / path.name)
 
 
-def synthesise(block, folder, then, sources):
+def synthesise(block, folder, then, files_of):
     """Makes the flat netlist of a block, with which yosys does what `then` says."""
-    files = " ".join([*includes(), *bare(folder, sources)])
+    files = " ".join([*includes(), *bare(folder, files_of)])
     axes, top = (f"chparam -set AXES {AXES[block]} fabric; ", "fabric") if block in AXES else ("", block)
-    script = f"read_verilog {files}; {axes}blackbox {MATH_BLOCK}; synth_sf2 -top {top} -noiobs; {then}"
+    boxes = "plant_multiply plant_memory" if block == "plant" else "adc_multiply"
+    script = f"read_verilog {files}; {axes}blackbox {boxes}; synth_sf2 -top {top} -noiobs; {then}"
     subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
 
 
 def netlist(block, out):
     """The flat netlist of a block, as yosys' JSON."""
-    synthesise(block, out.parent, f"write_json {out}", sorted(RTL.glob("*.v")))
+    synthesise(block, out.parent, f"write_json {out}", sources(block))
     return json.loads(out.read_text(encoding="utf-8"))["modules"]["fabric" if block in AXES else block]
 
 
 def kind(cell):
     name = cell["type"]
-    return "CFG" if name.startswith("CFG") else "MACC" if name == MATH_BLOCK else name
+    return "CFG" if name.startswith("CFG") else "MACC" if name in MATH_BLOCKS else "RAM64" if name == MEMORY else name
 
 
 def cells(module):
     """{kind: count}; SLE are flip-flops, ARI1 a bit of an adder or comparator, CFG a look-up table."""
-    return Counter(kind(cell) for cell in module["cells"].values())
+    found = Counter(kind(cell) for cell in module["cells"].values())
+    found["RAM64"] *= MEMORY_IS
+    return found
 
 
 def drivers(module):
@@ -161,7 +166,7 @@ def complaints(block, figures, budgets):
         yield f"{block} has no budget"
         return
     for name in BUDGETED:
-        allowed, figure = budgets[block][name], figures[name]
+        allowed, figure = budgets[block].get(name, 0), figures.get(name, 0)
         slack = max(SLACK_LEAST, allowed * SLACK_PERCENT // 100) if name in MAPPED else 0
         if figure > allowed + slack:
             yield f"{block} {name}: {figure}, allowed {allowed + slack}"
@@ -170,7 +175,7 @@ def complaints(block, figures, budgets):
 
 
 def write(found, path):
-    rows = [f"{block} = {{ {', '.join(f'{name} = {figures[name]}' for name in BUDGETED)} }}\n"
+    rows = [f"{block} = {{ {', '.join(f'{name} = {n}' for name in BUDGETED if (n := figures[name]) or name != 'RAM64')} }}\n"
             for block, figures in found.items()]
     path.write_text("# SPDX-License-Identifier: MIT\n"
                     "# Cells of each block, held both ways by tests/fabric/synthesis.py; `fabric`\n"

@@ -32,7 +32,7 @@ def test_the_page_is_not_stale():
 
 
 def test_the_page_follows_the_description(tmp_path):
-    for path in (generate.SOURCE, generate.PAGE):
+    for path in (generate.SOURCE, generate.PLANT, generate.PAGE):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / path, tmp_path / path)
     source = tmp_path / generate.SOURCE
@@ -44,7 +44,8 @@ def test_the_page_follows_the_description(tmp_path):
 @pytest.mark.parametrize("product", generate.PRODUCTS)
 def test_make_writes_each_product_into_the_build(product):
     built = ROOT / os.environ["BUILD"] / "fabric" / product
-    assert built.read_text(encoding="utf-8") == generate.PRODUCTS[product](SPEC)
+    described = generate.described(source=generate.source_of(product))
+    assert built.read_text(encoding="utf-8") == generate.PRODUCTS[product](described)
 
 
 @pytest.mark.parametrize("change, said", [

@@ -4,6 +4,7 @@
 generate.py contract3.h        prints offsets, masks and resets for C
 generate.py mssfoc_regs.vh     the same for the RTL's decode
 generate.py mssfoc.svd         CMSIS-SVD, for debuggers
+generate.py plant_regs.vh      the RTL's decode of the plant's registers, of drivers/fabric/rtl/plant/registers.toml
 generate.py                    renews the tables of docs/fabric.md, between their markers
 generate.py --check            says whether those are stale, and exits 1 if they are
 """
@@ -15,6 +16,7 @@ from xml.sax.saxutils import escape
 
 ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "drivers/fabric/registers.toml"
+PLANT = "drivers/fabric/rtl/plant/registers.toml"
 PAGE = "docs/fabric.md"
 ACCESS = {"RO": "read-only", "RW": "read-write", "RW1C": "read-write", "WO": "write-only"}
 WRITTEN = ("RW", "WO")
@@ -112,14 +114,17 @@ def c_header(spec):
 
 def verilog_header(spec):
     """Macros rather than parameters: a module that does not use one of them need not be told so."""
+    source = spec.get("source", SOURCE)
+    guard = "PLANT_REGS_VH" if source == PLANT else "MSSFOC_REGS_VH"
     out = ["// SPDX-License-Identifier: MIT\n",
-           f"// Generated from {SOURCE} by drivers/fabric/rtl/generate.py: change it there.\n",
+           f"// Generated from {source} by drivers/fabric/rtl/generate.py: change it there.\n",
            "//   <block>_<register>         word address in its slot\n",
            "//   ..._RESET                  value after a reset, as wide as the register's highest bit asks\n",
            "//   ..._WRITABLE, ..._READABLE bits that keep what is written; bits that are not always 0\n",
            "//   ..._<field>                its bits, for a part-select; ..._<field>_LSB the lowest\n",
-           "`ifndef MSSFOC_REGS_VH\n`define MSSFOC_REGS_VH\n\n",
-           f"`define CONTRACT_SLOTS {len(spec['block'])}\n"]
+           f"`ifndef {guard}\n`define {guard}\n"]
+    if source == SOURCE:
+        out.append(f"\n`define CONTRACT_SLOTS {len(spec['block'])}\n")
     for block in spec["block"]:
         out.append(f"\n// {block['name']}: {block['about']}\n`define {block['name']}_SLOT 2'd{block['slot']}\n")
         for register in block["register"]:
@@ -215,18 +220,22 @@ def page(spec, text):
     return text
 
 
-PRODUCTS = {"contract3.h": c_header, "mssfoc_regs.vh": verilog_header, "mssfoc.svd": svd}
+PRODUCTS = {"contract3.h": c_header, "mssfoc_regs.vh": verilog_header, "mssfoc.svd": svd, "plant_regs.vh": verilog_header}
 
 
-def described(root=ROOT):
-    with open(root / SOURCE, "rb") as stream:
-        return checked(tomllib.load(stream))
+def source_of(product):
+    return PLANT if product == "plant_regs.vh" else SOURCE
+
+
+def described(root=ROOT, source=SOURCE):
+    with open(root / source, "rb") as stream:
+        return checked(tomllib.load(stream) | {"source": source})
 
 
 def renewed_page(root=ROOT):
     """(its text, its text with fresh tables)."""
     text = (root / PAGE).read_text(encoding="utf-8")
-    return text, page(described(root), text)
+    return text, page(described(root, PLANT), page(described(root), text))
 
 
 def main(arguments):
@@ -239,7 +248,7 @@ def main(arguments):
         elif not arguments:
             (ROOT / PAGE).write_text(renewed_page()[1], encoding="utf-8")
         elif len(arguments) == 1 and arguments[0] in PRODUCTS:
-            sys.stdout.write(PRODUCTS[arguments[0]](described()))
+            sys.stdout.write(PRODUCTS[arguments[0]](described(source=source_of(arguments[0]))))
         else:
             print(__doc__, file=sys.stderr)
             return 1
