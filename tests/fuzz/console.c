@@ -7,7 +7,7 @@
 #include "firmware/operate/console.h"
 #include "drive.h"
 
-#define WORDS (ARGUMENTS_MOST + 2u)
+#define WORDS (ARGUMENTS_MAX + 2u)
 
 extern char host_said[65536], host_heard[4096];
 extern uint32_t host_said_bytes, host_heard_bytes, host_heard_taken;
