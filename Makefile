@@ -108,7 +108,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything best-loop best-loop-twin recordings dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope flash models campaign twin target-tests
+.PHONY: all everything best-loop best-loop-twin recordings dist site guides pictures results client eds run test coverage size sizes profile lint clean help tools console debug scope page-hour flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -262,6 +262,12 @@ campaign: tools-campaign
 scope: tools-page $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py scope
+
+page-hour: LASTS = an hour: what the page costs the processor, and how much memory it takes
+page-hour: tools-browser
+	$(says)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
+	@PAGE_S=3600 $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/launcher/page_load_run.py
 
 console debug: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
@@ -429,6 +435,7 @@ for developers
   make registers               the fabric's registers for C, Verilog and debuggers, into $(BUILD)/fabric/
   make site                    the documents as pages with a search, build/site/index.html
   make pictures                those of docs/guides/tuning.md and of the page in the browser, which README shows moving
+  make page-hour               an hour of that page: what it costs the processor, and how much memory it takes
   make tools                   install what is missing (NO_INSTALL=1: only list it)
 endef
 

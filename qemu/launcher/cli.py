@@ -230,7 +230,7 @@ def _plant(options):
 
 def _only(motor):
     if len(_names(motor, "MOTOR")) > 1:
-        raise LauncherError(f"MOTOR '{motor}' names two, which only make run and make console play")
+        raise LauncherError(f"MOTOR '{motor}' names two, which make run, console and scope play alone")
     return motor
 
 

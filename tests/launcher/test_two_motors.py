@@ -136,9 +136,9 @@ def test_mistakes_get_one_line(build, build_of_two, fake_qemu, two, environment,
 
 
 @pytest.mark.parametrize("command", ["console", "scope", "debug"])
-def test_only_a_run_and_a_console_play_two(build_of_two, fake_qemu, command):
-    for motor, complaint in ((f"{FIRST} {SECOND}", "names two, which only make run and make console play"),
-                             (FIRST, "drives two motors, but one is named"))[command == "console":]:
+def test_only_a_run_a_console_and_the_page_play_two(build_of_two, fake_qemu, command):
+    for motor, complaint in ((f"{FIRST} {SECOND}", "names two, which make run, console and scope play alone"),
+                             (FIRST, "drives two motors, but one is named"))[command != "debug":]:
         answer = run(build_of_two, command, *(["--no-browser"] if command == "scope" else []), QEMU=fake_qemu(), MOTOR=motor)
         lines = answer.stderr.strip().splitlines()
         assert answer.returncode == 2 and len(lines) == 1 and complaint in lines[0], answer.stderr

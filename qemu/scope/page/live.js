@@ -2,8 +2,8 @@
 // What is live, and what was captured: rows [time in s, values...], their plots, and how fast the drive's time goes.
 "use strict";
 
-const LIVE_MS = 150;    // between two drawings of what is live, at least
-const LIVE_PAUSE = 4;   // and so many times what one takes
+const LIVE_MS = 300;    // between two drawings of what is live, at least
+const LIVE_PAUSE = 9;   // and so many times what one takes: a tenth of a core
 const PACE_S = 2;       // over which the drive's time is compared with the clock
 
 const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false, everyMs: 1, paced: false };
