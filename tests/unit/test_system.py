@@ -96,7 +96,7 @@ def test_a_watchdog_that_a_probe_has_switched_off_is_switched_on(device, system,
     device.sysreg.WDOG_CR = found
     system.boot_core()
     assert device.sysreg.WDOG_CR == left and device.watchdog.WDOGREFRESH == KEY
-    device.sysreg.WDOG_CR, device.watchdog.WDOGREFRESH, system.axes[0].fabric_doubt = found, 0, 0xD0B7FABC
+    device.sysreg.WDOG_CR, device.watchdog.WDOGREFRESH, system.axes[0].fabric_untrusted = found, 0, 0xD0B7FABC
     system.handlers_start_scope()
     for system.axes[0].time_ms in range(8):
         system.Timer1_IRQHandler()
@@ -338,6 +338,7 @@ def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, s
     ctypes.cast(entry.pend, ctypes.POINTER(ctypes.c_uint32))[0] = entry.pend_bit
     assert device.nvic.ISPR[0] == 1 << SCOPE
     assert system.scope.enter == ctypes.cast(system._library.scoped_tick, ctypes.c_void_p).value
+    assert system.scope.ram == ctypes.addressof(system.link_data_start) & 0xFFFFFFFF and system.scope.ram_end == system.scope.ram + 256
 
 
 def test_the_device_is_watched(device, system):

@@ -20,6 +20,10 @@ void (*startup_vectors[STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS])(void)
 uint32_t link_stack_guard_start[64] __attribute__((aligned(256)));
 __asm__(".globl link_stack_limit\n.set link_stack_limit, link_stack_guard_start + 256");
 
+/* The memory that the scope may read. */
+uint32_t link_data_start[64];
+__asm__(".globl link_ram_end\n.set link_ram_end, link_data_start + 256");
+
 /* What a lock of the cache copies, and compares. */
 const uint32_t link_code[2048], link_array[2048];
 
