@@ -46,4 +46,8 @@ module plant_shaft_sensors (
             pin_lost  <= cut;
             pin_hall  <= {!of_c[17], !of_b[17], !field[17]};
         end
+
+`ifdef FORMAL
+`include "formal/plant_shaft_sensors.vh"
+`endif
 endmodule
