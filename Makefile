@@ -376,7 +376,7 @@ define HELP_ALL
 
 of make run, console, scope and debug
   MOTOR="a b" SCENARIO="x y"   two motors on one core; AXES=2 an image for two, in build/two-axes (docs/two-axes.md)
-  PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."     the plant (docs/plant.md, docs/motors.md)
+  PLANT=full|ideal|rtl|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."     the plant (docs/plant.md, docs/motors.md)
   FABRIC=model|rtl             C models, or the RTL, verilated, in their place (docs/fabric.md)
   SENSORS=amc1306              isolated modulators instead of the converters; with FABRIC=rtl
   START=found|aligned          the drive finds where its rotor stands, or knows it

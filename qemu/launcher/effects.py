@@ -3,7 +3,7 @@
 
     full                    everything the data files describe (default)
     ideal                   sine EMF, no saturation, prompt sensors, stiff bus: noise, offsets, cogging and friction remain
-    rtl                     what the motor in RTL knows, as "ideal" but for heat, with all friction; needs FABRIC=rtl, and is the RTL
+    rtl                     the motor in RTL, which needs FABRIC=rtl: as "ideal" but for heat, with all friction
     full,-saturation,-bus   everything but these
     ideal,+saturation       these besides
 

@@ -32,8 +32,8 @@ struct plant;
 
 struct fabric {
     const struct fabric_ops *ops;
-    /* Behind it is a motor in RTL (rtl_motor.c), which takes the place of the C plant's: makes that what the RTL is now, and tells
-     * the RTL what has been done to it from outside. NULL: the C plant is the motor. */
+    /* Behind it is a motor in RTL (rtl_motor.c), in place of the C plant's: makes that what the RTL is now, and tells the RTL
+     * what has been done to it from outside. NULL: the C plant is the motor. */
     void (*follow_motor)(struct fabric *f, struct plant *p);
     /* The wires that leave the fabric, after each call. */
     unsigned gates; /* to the drivers; bit 2k the high side of phase k, bit 2k+1 its low side */

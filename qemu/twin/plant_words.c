@@ -215,8 +215,8 @@ static void sensors(struct plant_words *w, const struct plant_params *p)
     factor(w, PLANT_GU, w->base.v / s->v_range_v);
     double lines = s->encoder_counts / 4, index = s->index_angle_rad / TWO_PI;
     double count = floor((index - floor(index)) * s->encoder_counts);
-    double line = floor(count / 4);
-    w->index = (uint32_t)((int64_t)count & 3) << 18 | (uint32_t)(rounded((line + 0.5) / lines * 262144) & 0x3FFFF);
+    w->index = (uint32_t)((int64_t)count & 3) << 18 |
+               (uint32_t)(rounded((count + 0.5) / s->encoder_counts * 262144) & 0x3FFFF);
     w->reach = (uint32_t)floor(0.5 / lines * 262144);
     w->hall = (uint32_t)(rounded(s->hall_angle_rad / TWO_PI * 262144) & 0x3FFFF);
     double noise = s->i_noise_lsb;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* What the plant in RTL (drivers/fabric/rtl/plant) has to be told to be a motor of the configuration file: its words in per unit
- * and its registers. Of the effects of the C plant it knows those that microcode.py has operations for; plant_words_lack() says
- * which of those asked for it has not. */
+/* What the plant in RTL (drivers/fabric/rtl/plant) has to be told to be a motor of the configuration file: its words in per
+ * unit and its registers. Of the C plant's effects it knows those that microcode.py has operations for; plant_words_lack()
+ * says which of those asked for it has not. */
 #ifndef TWIN_PLANT_WORDS_H
 #define TWIN_PLANT_WORDS_H
 

@@ -38,7 +38,7 @@ fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py
 
 # the RTL that `make run FABRIC=rtl` puts into the twin; lean: no coverage, no tracing
-PLANT_DIR = $(BUILD)/fabric/plant
+PLANT_DIR ?= $(BUILD)/fabric/plant
 AXIS_SOURCES = $(addprefix qemu/twin/,rtl_axis.cpp rtl_glide.cpp rtl_filters.cpp rtl_look.cpp)
 AXIS_HEADERS = $(addprefix qemu/twin/,rtl_axis.h rtl_names.h rtl_axis.vlt rtl_motor.cpp rtl_no_motor.cpp \
     rtl_plant.h)
@@ -54,17 +54,18 @@ AXIS_NEEDS = $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXIS_HEADERS) t
 $(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so: AXIS_END = qemu/twin/rtl_no_motor.cpp
 $(BUILD)/fabric/axis_plant.so: AXIS_END = qemu/twin/rtl_motor.cpp $(PLANT_DIR)/rtl_plant.o $(PLANT_DIR)/Vplant__ALL.a
 $(BUILD)/fabric/axis_plant.so: $(PLANT_DIR)/plant.a
-$(BUILD)/fabric/axis.so $(BUILD)/fabric/axis_in_en.so $(BUILD)/fabric/axis_plant.so: $(BUILD)/fabric/%.so: $(AXIS_NEEDS)
+AXES_OF_RTL = $(addprefix $(BUILD)/fabric/,axis.so axis_in_en.so axis_plant.so)
+$(AXES_OF_RTL): $(BUILD)/fabric/%.so: $(AXIS_NEEDS)
 	@mkdir -p $(AXIS)
 	$(call say,VERILATE)
 	$(Q)$(VERILATE) -GIN_EN=$(IN_EN) qemu/twin/rtl_axis.vlt --Mdir $(AXIS) > /dev/null
 	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
 	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
 	$(Q)$(HOSTCXX) -std=c++17 -DIN_EN=$(IN_EN) -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) \
-	    -isystem $(VERILATED_INCLUDE) -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS_END) $(AXIS)/Vfabric_axis__ALL.a \
-	    $(AXIS)/verilated.o $(AXIS)/verilated_threads.o -o $@ -lpthread
+	    -isystem $(VERILATED_INCLUDE) -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS_END) \
+	    $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o $(AXIS)/verilated_threads.o -o $@ -lpthread
 
-axis: $(addprefix $(BUILD)/fabric/,axis.so axis_in_en.so axis_plant.so)
+axis: $(AXES_OF_RTL)
 
 LOCKSTEP = $(BUILD)/fabric/lockstep
 LOCKSTEP_MODELS = pwm adc encoder gate sto chopper watch fabric_model
@@ -112,14 +113,16 @@ fabric-mutants:
 lockstep: $(PLANT_DIR)/plant.so $(PLANT_DIR)/lockstep
 
 fabric-plant: $(PLANT_DIR)/plant.so $(PLANT_DIR)/lockstep
-	@$(PYTHON) tests/fabric/plant_exact.py && $(PYTHON) tests/fabric/plant_lockstep.py
+	@$(PYTHON) tests/fabric/plant_exact.py && $(PYTHON) tests/fabric/plant_lockstep.py && \
+	    $(PYTHON) tests/fabric/plant_exact.py --faults
 
 .PHONY: fabric registers lockstep axis $(FABRIC_STEPS)
 
 # the plant in RTL, alone: for its benches and for the lockstep with the C plant
-PLANT_SOURCES = $(wildcard drivers/fabric/rtl/plant/*.v) $(FABRIC_REGISTERS)
+PLANT_FROM ?= $(PLANT_RTL)
+PLANT_SOURCES = $(wildcard $(PLANT_FROM)/*.v) $(FABRIC_REGISTERS)
 PLANT_VERILATE = $(VERILATOR) --cc -O3 -Wall --x-assign fast --x-initial fast --noassert --language 1364-2005 \
-    -Idrivers/fabric/rtl/plant -I$(BUILD)/fabric --top-module plant drivers/fabric/rtl/plant/plant.v qemu/twin/rtl_plant.vlt
+    -I$(PLANT_FROM) -I$(BUILD)/fabric --top-module plant $(PLANT_FROM)/plant.v qemu/twin/rtl_plant.vlt
 PLANT_CXX = $(HOSTCXX) -std=c++17 -O3 -fPIC $(HOST_WARNINGS) -Iqemu/twin -I$(PLANT_DIR) -isystem $(VERILATED_INCLUDE) \
     -isystem $(VERILATED_INCLUDE)/vltstd
 

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: MIT
 """The plant in exact arithmetic: what each operation of microcode.py gives, bit for bit, and the RTL held to it.
 
-plant_exact.py [STEPS]   plays random words and gates on the verilated core; prints one line, exits 1 at the first difference
+plant_exact.py [RUNS]     plays random words and gates on the verilated plant; prints one line, exits 1 at the first difference
+plant_exact.py --faults   puts each fault of plant_faults.toml into a copy of the RTL; exits 1 if one is not noticed
 """
 import ctypes
+import os
 import random
+import shutil
+import subprocess
 import sys
+import tempfile
+import tomllib
+from pathlib import Path
 
 from places import REGISTERS, ROOT
 
@@ -207,7 +214,45 @@ class Different(Exception):
     """Where the RTL writes another word than the arithmetic."""
 
 
+def noticed(name, old, new):
+    """What is said of the RTL with a fault; None: nothing."""
+    source = ROOT / "drivers/fabric/rtl/plant"
+    text = (source / f"{name}.v").read_text(encoding="utf-8")
+    if text.count(old) != 1:
+        raise ValueError(f"{name}.v has {text.count(old)} times: {old!r}")
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(source, Path(folder) / "rtl")
+        (Path(folder) / "rtl" / f"{name}.v").write_text(text.replace(old, new), encoding="utf-8")
+        command = ["make", "-s", "NO_INSTALL=1", "VERILATOR=verilator -Wno-fatal", f"{folder}/plant/plant.so"]
+        places_of = {**os.environ, "PLANT_FROM": f"{folder}/rtl", "PLANT_DIR": f"{folder}/plant"}
+        run = subprocess.run(command, env=places_of, cwd=ROOT, capture_output=True, text=True)
+        if run.returncode:
+            raise ValueError(f"{name}.v does not build with {new!r}: {run.stderr.strip()}")
+        try:
+            for seed in range(60):
+                play(seed, 12, f"{folder}/plant/plant.so")
+        except Different as why:
+            return str(why)
+    return None
+
+
+def faults():
+    path = ROOT / "tests/fabric/plant_faults.toml"
+    return [(name, fault["from"], fault["to"]) for name, group in tomllib.loads(path.read_text(encoding="utf-8")).items()
+            for fault in group["list"]]
+
+
+def attack():
+    survived = [(name, old) for name, old, new in faults() if noticed(name, old, new) is None]
+    for name, old in survived:
+        print(f"plant fault in {name}.v survives: {old!r}")
+    print(f"plant faults: {len(faults()) - len(survived)} of {len(faults())} noticed by exact arithmetic")
+    return 1 if survived else 0
+
+
 def main(arguments):
+    if arguments == ["--faults"]:
+        return attack()
     runs = int(arguments[0]) if arguments else 60
     compared = 0
     try:

@@ -35,11 +35,12 @@ class Unproved(Exception):
 def flattened(top, proof, rtl):
     """Commands of yosys that read a module and make one flat netlist of it and its promises."""
     below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
-    choice = "".join(f"chparam -set {name} {value} {top}; " for name, value in proof.get("parameters", {}).items())
+    module = Path(top).name
+    choice = "".join(f"chparam -set {name} {value} {module}; " for name, value in proof.get("parameters", {}).items())
     # the modules below are read without their own promises, and so without what those take for granted
-    folders = " ".join(includes(rtl))
+    folders = " ".join([*includes(rtl), f"-I{rtl / top}/.."])
     return ((f"read_verilog {folders} {below}; " if below else "")
-            + f"read_verilog -formal {folders} {rtl}/{top}.v; {choice}prep -top {top} -flatten; ")
+            + f"read_verilog -formal {folders} {rtl}/{top}.v; {choice}prep -top {module} -flatten; ")
 
 
 def model(top, proof, out, rtl=RTL):
@@ -48,7 +49,7 @@ def model(top, proof, out, rtl=RTL):
     run = subprocess.run(["yosys", "-q", "-p", script], capture_output=True, text=True, cwd=rtl)
     if run.returncode or not out.is_file():
         raise Unproved("yosys: " + (run.stderr.strip().split("\n") or ["?"])[-1])
-    if "(define-fun |" + top + "_a|" not in out.read_text(encoding="utf-8"):
+    if "(define-fun |" + Path(top).name + "_a|" not in out.read_text(encoding="utf-8"):
         raise Unproved("no property was found in the model")
 
 
@@ -74,7 +75,7 @@ def prove(top, proof, rtl=RTL, further=2, steps=tuple(STEPS)):
         prove_by_sat(top, proof, rtl, proof["depth"] + further)
         return
     with tempfile.TemporaryDirectory() as folder:
-        smt = Path(folder) / f"{top}.smt2"
+        smt = Path(folder) / f"{Path(top).name}.smt2"
         model(top, proof, smt, rtl)
         for what in steps:
             option = STEPS[what]

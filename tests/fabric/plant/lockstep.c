@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The plant in RTL and the C plant under the same gates, open loop: a voltage whose angle goes forwards on its own.
+/* The plant in RTL and the C plant under the same gates, open loop: a voltage whose angle goes on by itself.
  *
  *   lockstep CONFIG SECONDS SPEED_RAD_S LOAD_NM [EFFECT]
  *
- * The speed of the voltage rises to SPEED_RAD_S (mechanical) in a third of the time, at half of it LOAD_NM begins to pull; EFFECT
- * "off" turns all gates off at two thirds. Prints the largest differences of the last third as "i_a A", "speed RAD_S", "angle
- * DEGREES" (electrical), and of the bus as "bus V", then the state at the end. */
+ * Its speed rises to SPEED_RAD_S (mechanical) in a third of the time, at half of it LOAD_NM begins to pull; EFFECT "off" turns
+ * all gates off at two thirds. Prints the largest differences of the last third as "i_a A", "speed RAD_S", "angle DEGREES"
+ * (electrical) and "bus V", then the speeds at the end. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

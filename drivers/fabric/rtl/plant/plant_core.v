@@ -10,7 +10,7 @@ module plant_core (
     input  wire               sinks,       // the source takes current back
     input  wire               chops,
     input  wire        [2:0]  open,
-    output reg                tick,        // the legs' clocks are taken; a few clocks later a step begins
+    output wire               tick,        // the legs' clocks are taken; a few clocks later a step begins
     // in place of A
     output wire        [3:0]  which,
     input  wire signed [17:0] external,
@@ -28,27 +28,10 @@ module plant_core (
     output reg         [6:0]  place,
     output wire        [35:0] word
 );
-    reg [6:0] clock;
-    assign    begins = clock == 7'd0;
-    reg       first, active;               // the step after a rest has no operations of the one before
-    reg       last;
-    always @(posedge clk)
-        if (!rst_n) begin
-            clock  <= 7'd0;
-            last   <= 1'b0;
-            active <= 1'b0;
-            first  <= 1'b1;
-            tick   <= 1'b0;
-        end else begin
-            tick <= clock == `PLANT_STEP - 7'd4;
-            last <= clock == `PLANT_STEP - 7'd2;
-            if (last) begin
-                clock  <= 7'd0;
-                active <= run;
-                first  <= !active;
-            end else
-                clock <= clock + 7'd1;
-        end
+    wire [6:0] clock;
+    wire       active, first;              // the step after a rest has no operations of the one before
+    assign     begins = clock == 7'd0;
+    plant_clock of_the_step (.clk(clk), .rst_n(rst_n), .run(run), .clock(clock), .active(active), .first(first), .tick(tick));
 
     // 1: the operation
     reg [`PLANT_CODE_BITS-1:0] code, op;

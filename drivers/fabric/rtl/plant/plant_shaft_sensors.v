@@ -9,9 +9,9 @@ module plant_shaft_sensors (
     input  wire [31:0] increment,        // a clock
     input  wire [17:0] turn,             // of the shaft
     input  wire [17:0] electrical,
-    input  wire [17:0] index_at,         // the middle of the line that has the index, in turns
-    input  wire [17:0] index_reach,      // less than half a line from there
-    input  wire [1:0]  index_quarter,    // the count of that line
+    input  wire [17:0] index_at,         // the middle of the count that has the index, in turns
+    input  wire [17:0] index_reach,      // half a line
+    input  wire [1:0]  index_quarter,    // which of its line's four it is
     input  wire [17:0] hall_at,          // electrical angle at which switch A closes
     input  wire        cut,              // the encoder's cable
     output reg         pin_a,
@@ -46,4 +46,8 @@ module plant_shaft_sensors (
             pin_lost  <= cut;
             pin_hall  <= {!of_c[17], !of_b[17], !field[17]};
         end
+
+`ifdef FORMAL
+`include "formal/plant_shaft_sensors.vh"
+`endif
 endmodule
