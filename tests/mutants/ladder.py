@@ -74,8 +74,8 @@ class Server:
         ours, theirs = socket.socketpair()
         self.said = self.folder / "pytest.txt"
         with open(self.said, "w") as said, theirs:
-            tree.start([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve", *tree.project.pytest,
-                        "--rootdir=.", "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", *files],
+            tree.start([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "mutants.serve",
+                        *tree.project.pytest, "--rootdir=.", "--confcutdir=.", f"--basetemp={self.folder / 'tmp'}", *files],
                        {"MUTANTS_LINK": str(theirs.fileno()), "PYTHONPATH": PLUGINS}, stdout=said, stderr=said,
                        pass_fds=[theirs.fileno()])
         self.stream = ours.makefile("rw", encoding="utf-8")
