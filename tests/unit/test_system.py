@@ -338,7 +338,8 @@ def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, s
     ctypes.cast(entry.pend, ctypes.POINTER(ctypes.c_uint32))[0] = entry.pend_bit
     assert device.nvic.ISPR[0] == 1 << SCOPE
     assert system.scope.enter == ctypes.cast(system._library.scoped_tick, ctypes.c_void_p).value
-    assert system.scope.ram == ctypes.addressof(system.link_data_start) & 0xFFFFFFFF and system.scope.ram_end == system.scope.ram + 256
+    memory = ctypes.addressof(system.link_data_start) & 0xFFFFFFFF
+    assert (system.scope.ram, system.scope.ram_end) == (memory, memory + 256)
 
 
 def test_the_device_is_watched(device, system):
