@@ -214,14 +214,14 @@ def test_several_parameters_go_together_or_not_at_all(line):
 @pytest.mark.parametrize("places", (("PARAM",), ("REACTION",), ("PARAM", "REACTION"), ("PARAM", "REACTION", "PARAM")))
 def test_settings_of_any_kind_in_one_change_need_a_drive_that_is_off(line, c, places):
     drive, kinds = line.modbus.drives[0], {"REACTION": 2, "PARAM": 3}  # of object_place
-    for state, refusal in ((c.AXIS_OPERATION_ENABLED, c.OBJECT_BAD_STATE), (c.AXIS_SWITCH_ON_DISABLED, c.OBJECT_FINE)):
+    for state, refusal in ((c.AXIS_OPERATION_ENABLED, c.OBJECT_BAD_STATE), (c.AXIS_SWITCH_ON_DISABLED, c.OBJECT_OK)):
         change, line.axis.state = c.structs["object_change"](), state
         c.object_begin(change, drive)
         for kind in places:
             number, value = (c.FAULT_STALL, c.REACTION_WARN) if kind == "REACTION" else (0, 5)
-            assert c.object_change(change, c.object_place(kind=kinds[kind], number=number), value) == c.OBJECT_FINE
+            assert c.object_change(change, c.object_place(kind=kinds[kind], number=number), value) == c.OBJECT_OK
         before = line.everything()
-        assert c.object_commit(change, drive) == refusal and (line.everything() == before) == (refusal != c.OBJECT_FINE)
+        assert c.object_commit(change, drive) == refusal and (line.everything() == before) == (refusal != c.OBJECT_OK)
 
 
 # ---- another source of the angle ----
