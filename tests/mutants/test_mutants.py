@@ -235,6 +235,7 @@ MAKEFILE = textwrap.dedent("""\
     build/host/level.o build/arm/level.o: firmware/level.c
     \t@mkdir -p $(@D)
     \t$(CC) -O1 -g -fPIC -ffunction-sections -c $< -o $@
+    -include $(wildcard build/arm/*.d)
     """)
 WORDS = "import os\n\n\ndef words(text, most=3):\n    return text.split()[:most] if text else [os.name]\n"
 
@@ -266,6 +267,15 @@ def judge(root, work, wanted, rungs=("unit", "image"), **more):
                     heard.append, **more)
     judged = engine.run(drawn)
     return {mutant.replacement: entry["outcome"] for mutant, entry in judged.values()}, heard, judged, sources
+
+
+def test_an_object_that_is_left_of_a_file_which_is_gone_breaks_nothing(small):
+    """Else all of the image's mutants do not build, and do not count."""
+    for name, text in (("gone.o", ""), ("gone.d", "build/arm/gone.o: firmware/gone.c\n")):
+        (small[0] / "build/arm").mkdir(parents=True, exist_ok=True)
+        (small[0] / "build/arm" / name).write_text(text)
+    outcomes, *_ = judge(*small, {"return level - 12345;"}, rungs=("image",))
+    assert set(outcomes.values()) <= {"noticed", "survived"}
 
 
 WANTED = {"sum -= n;": "noticed", "for (int n = 2; n < level; n++) {": "noticed", "return level - 12345;": "noticed"}
