@@ -304,7 +304,12 @@ def test_what_matters_is_noticed_and_what_does_not_is_not(small, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("<!-- mutants: written by make mutants -->\nold\n<!-- end -->\n")
     write_page(page, judged, {}, small[0], "make mutants")
-    assert all(row in page.read_text() for row in ("| all | 5 | 60 % |", "| firmware/level.c:15 | `return level - 12345;` for"))
+    for row in ("| all | 5 | 60 % |\n", "| firmware/level.c:15 | `return level - 12345;` for"):
+        assert row in page.read_text()
+    (some, verdict), *_ = [one for one in judged.values() if one[1]["outcome"] == "noticed"]
+    write_page(page, {some.identity: (some, verdict)}, {}, small[0], "make mutants", [one for one, _ in judged.values()])
+    assert "`make mutants`, of which 1 of 5 were judged to the end, " in page.read_text()
+    assert "| all | 1 | 100 % | 4 |\n" in page.read_text()
     assert (small[1] / "w0" / "tree" / "firmware" / "level.c").read_text() == LEVEL
 
 
