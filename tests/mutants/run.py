@@ -84,7 +84,8 @@ def play(chosen):
         raise Trouble(f"FILES='{chosen.files}' names no file with anything to break")
     known, store = {} if chosen.by else load_survivors(HERE / "survivors.toml"), Store(folder, ROOT, drawn)
     engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.jobs, chosen.budget)
-    how = f"make mutants N={chosen.count} SEED={chosen.seed}" + (f" RUNGS='{chosen.rungs}'" if chosen.rungs else "")
+    how = f"make mutants N={chosen.count} SEED={chosen.seed}" + (f" RUNGS='{chosen.rungs}'" if chosen.rungs else "") + (
+        f" BUDGET={chosen.budget:g}" if chosen.budget != 100 else "")
     try:
         judged = engine.run([one for n, one in enumerate(drawn) if n % chosen.part[1] == chosen.part[0] or
                              store.verdict(one, [rung.name for rung in rungs])])
