@@ -110,12 +110,18 @@ def write_json(path, judged, known, seed):
     path.write_text(json.dumps({"seed": seed, "rows": rows}, indent=1) + "\n")
 
 
-def write_page(path, judged, known, root, how):
-    """The block of docs/mutants.md: shares by room, and the survivors."""
-    found = counted(judged, known)
+def write_page(path, judged, known, root, how, drawn=()):
+    """The block of docs/mutants.md: shares by room, and the survivors; of a run that was ended, what of the draw is left."""
+    found, left = counted(judged, known), Counter(room(one.file) for one in drawn if one.identity not in judged)
+    left["all"] = sum(left.values())
+    how += f"`, of which {len(judged)} of {len(drawn)} were judged to the end" if left["all"] else "`"
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=root, capture_output=True, text=True).stdout.strip()
-    text = [f"`{how}`, {date.today().isoformat()}, commit {commit}:", "", "| room | mutants | noticed |", "|---|---|---|"]
-    text += [f"| {name} | {len(entries)} | {percent(entries):.0f} % |" for name, entries in grouped(found)]
+    text = [f"`{how}, {date.today().isoformat()}, commit {commit}:", "",
+            "| room | mutants | noticed |" + " not judged |" * bool(left["all"]), "|---|---|---|" + "---|" * bool(left["all"])]
+    groups = dict(grouped(found))
+    for name in sorted({*groups, *left} - {"all"}) + ["all"]:
+        text += [f"| {name} | {len(groups.get(name, ()))} | {percent(groups.get(name, ())):.0f} % |" +
+                 (f" {left[name]} |" if left["all"] else "")]
     text += ["", f"At least {of_short(found):.0f} % by a test that `make test` plays, too: so many were noticed by one of them "
              "first."]
     text += ["", "| survivor | mistake | what it would do to a user |", "|---|---|---|"]

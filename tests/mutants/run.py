@@ -84,13 +84,19 @@ def play(chosen):
         raise Trouble(f"FILES='{chosen.files}' names no file with anything to break")
     known, store = {} if chosen.by else load_survivors(HERE / "survivors.toml"), Store(folder, ROOT, drawn)
     engine = Engine(made, folder, drawn, rungs, store, lambda line: print(line, flush=True), chosen.jobs, chosen.budget)
-    judged = engine.run([one for n, one in enumerate(drawn) if n % chosen.part[1] == chosen.part[0] or
-                         store.verdict(one, [rung.name for rung in rungs])])
+    how = f"make mutants N={chosen.count} SEED={chosen.seed}" + (f" RUNGS='{chosen.rungs}'" if chosen.rungs else "") + (
+        f" BUDGET={chosen.budget:g}" if chosen.budget != 100 else "")
+    try:
+        judged = engine.run([one for n, one in enumerate(drawn) if n % chosen.part[1] == chosen.part[0] or
+                             store.verdict(one, [rung.name for rung in rungs])])
+    except (KeyboardInterrupt, SystemExit):
+        if chosen.remember:
+            write_page(ROOT / "docs/mutants.md", engine.judged, known, ROOT, how, drawn)
+        raise
     write_json(folder / "result.json", judged, known, chosen.seed)
     print("", *lines(judged, known), sep="\n")
     if chosen.remember:
-        how = f"make mutants N={chosen.count} SEED={chosen.seed}" + (f" RUNGS='{chosen.rungs}'" if chosen.rungs else "")
-        write_page(ROOT / "docs/mutants.md", judged, known, ROOT, how)
+        write_page(ROOT / "docs/mutants.md", judged, known, ROOT, how, drawn)
     print(f"\n{len(judged)} of {len(drawn)} mutants in {(time.monotonic() - begun) / 60:.1f} minutes; all of them: "
           f"{folder / 'result.json'}", flush=True)
     wrong = [f"{name} fails without any mutant" for name in engine.broken] + list(complaints(judged, known, sources))

@@ -235,6 +235,7 @@ MAKEFILE = textwrap.dedent("""\
     build/host/level.o build/arm/level.o: firmware/level.c
     \t@mkdir -p $(@D)
     \t$(CC) -O1 -g -fPIC -ffunction-sections -c $< -o $@
+    -include $(wildcard build/arm/*.d)
     """)
 WORDS = "import os\n\n\ndef words(text, most=3):\n    return text.split()[:most] if text else [os.name]\n"
 
@@ -268,6 +269,15 @@ def judge(root, work, wanted, rungs=("unit", "image"), **more):
     return {mutant.replacement: entry["outcome"] for mutant, entry in judged.values()}, heard, judged, sources
 
 
+def test_an_object_that_is_left_of_a_file_which_is_gone_breaks_nothing(small):
+    """Else all of the image's mutants do not build, and do not count."""
+    for name, text in (("gone.o", ""), ("gone.d", "build/arm/gone.o: firmware/gone.c\n")):
+        (small[0] / "build/arm").mkdir(parents=True, exist_ok=True)
+        (small[0] / "build/arm" / name).write_text(text)
+    outcomes, *_ = judge(*small, {"return level - 12345;"}, rungs=("image",))
+    assert set(outcomes.values()) <= {"noticed", "survived"}
+
+
 WANTED = {"sum -= n;": "noticed", "for (int n = 2; n < level; n++) {": "noticed", "return level - 12345;": "noticed"}
 
 
@@ -294,7 +304,12 @@ def test_what_matters_is_noticed_and_what_does_not_is_not(small, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("<!-- mutants: written by make mutants -->\nold\n<!-- end -->\n")
     write_page(page, judged, {}, small[0], "make mutants")
-    assert all(row in page.read_text() for row in ("| all | 5 | 60 % |", "| firmware/level.c:15 | `return level - 12345;` for"))
+    for row in ("| all | 5 | 60 % |\n", "| firmware/level.c:15 | `return level - 12345;` for"):
+        assert row in page.read_text()
+    (some, verdict), *_ = [one for one in judged.values() if one[1]["outcome"] == "noticed"]
+    write_page(page, {some.identity: (some, verdict)}, {}, small[0], "make mutants", [one for one, _ in judged.values()])
+    assert "`make mutants`, of which 1 of 5 were judged to the end, " in page.read_text()
+    assert "| all | 1 | 100 % | 4 |\n" in page.read_text()
     assert (small[1] / "w0" / "tree" / "firmware" / "level.c").read_text() == LEVEL
 
 

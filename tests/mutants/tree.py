@@ -157,7 +157,8 @@ class Tree:
         elif self.snapshot.exists():
             mirror(self.snapshot, self.root / "build", inside(self.snapshot))
         mirror(source, self.root, names, ("build",), texts)
-        if self.build(targets)[0]:  # perhaps of products whose sources are not there any more
+        old = () if numbered else self._found(self.project.objects)  # which insert() builds, too
+        if self.build((*targets, *old))[0]:  # perhaps of products whose sources are not there any more
             for folder in (self.root / "build", self.snapshot):
                 shutil.rmtree(folder, ignore_errors=True)
             status, output = self.build(targets)
