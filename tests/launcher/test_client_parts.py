@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The Python client without a drive: what half done things leave, and lists of registers that are none."""
+import sys
 import threading
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ from mssfoc import drive as drive_of_all
 from mssfoc.answers import Answers
 from mssfoc.bus import BusDrive
 from mssfoc.drive import Drive
+from mssfoc.modbus import ModbusLine
 from mssfoc.registers import Registers
 from mssfoc.texts import Parameter, Signal, accepted, capture, parameters, signals
 from mssfoc.watch import Watch
@@ -478,3 +480,31 @@ def test_the_line_ends_with_the_first_axis_and_the_watch_before_it(driven):
     drive._watch = SimpleNamespace(end=lambda: ended.append(line.closed))  # pylint: disable=protected-access
     drive.close()
     assert ended == [False] and line.closed
+
+
+@pytest.mark.parametrize("up, passed", [
+    ([10.0, 10.4, 10.8], [0.5, 1.0, 1.4, 1.8]), ([None, None, None], [0.5, 1.0, 2.0, 3.0]),
+    ([10.0, 0.2, 0.9], [0.5, 1.0, 2.0, 2.7])])
+def test_time_is_the_drives_where_it_has_one(monkeypatch, up, passed):
+    """Asked once a second; one that began anew says nothing of the time before."""
+    now, shown = [100.0], iter(up)
+    monkeypatch.setattr(drive_of_all.time, "monotonic", lambda: now[0])
+    clock = drive_of_all._Clock(lambda: next(shown))  # pylint: disable=protected-access
+    for later_s, expected in zip((0.5, 1.0, 2.0, 3.0), passed):
+        now[0] = 100.0 + later_s
+        assert clock.passed_s() == pytest.approx(expected), later_s
+
+
+@pytest.mark.parametrize("options, told", [({}, (19200, "E", 1)), ({"baud": 9600, "parity": "N"}, (9600, "N", 2)),
+                                           ({"parity": "O", "address": 9}, (19200, "O", 1))])
+def test_a_modbus_line_has_eleven_bits_a_character(monkeypatch, options, told):
+    """Two stop bits where there is no parity."""
+    opened = []
+    monkeypatch.setitem(sys.modules, "minimalmodbus", SimpleNamespace(Instrument=lambda port, address: (port, address)))
+    monkeypatch.setattr("serial.serial_for_url", lambda place, baud, parity, stopbits, timeout: opened.append(
+        (place, (baud, parity, stopbits))) or "port")
+    line = ModbusLine("/dev/x", **options)
+    assert opened == [("/dev/x", told)]
+    assert line._slave == ("port", options.get("address", 1))  # pylint: disable=protected-access
+    with pytest.raises(Refused, match="parity is one of N, O, E, not M"):
+        ModbusLine("/dev/x", parity="M")
