@@ -13,7 +13,7 @@ EARLY = "before start-up ends nothing listens"
 BRIEF = "READY is left in the step that enters it"
 # places, changes of the status word, and rows of the table that are not seen, and why
 NEVER = {
-    "not ready": EARLY, "0x00 to 0x40": EARLY, "NOT_READY BOOTED SWITCH_ON_DISABLED": EARLY, "NOT_READY DOUBTED FAULT": EARLY,
+    "not ready": EARLY, "0x00 to 0x40": EARLY, "NOT_READY BOOTED SWITCH_ON_DISABLED": EARLY, "NOT_READY UNTRUSTED FAULT": EARLY,
     "ready": BRIEF, "READY QUICK_STOP SWITCH_ON_DISABLED": BRIEF, "READY OFF SWITCH_ON_DISABLED": BRIEF,
     "READY FAULT FAULT_REACTION": BRIEF,
     "switched on": "its phases are listed", "operation enabled": "its modes are listed",
