@@ -196,7 +196,7 @@ def refused(monkeypatch, capsys, arguments, environment):
 
 # (how it is given, its least and its most, what is said beyond, what of another mistake once it is taken)
 NUMBERS = [
-    (["scope", "--at", "{}"], {"MOTOR": "a b"}, 0, 65535, "port {} is outside 0..65535", "MOTOR 'a b' names two"),
+    (["scope", "--at", "{}"], {"MOTOR": "none"}, 0, 65535, "port {} is outside 0..65535", "no motor"),
     (["debug", "--port", "{}"], {"MOTOR": "none"}, 1, 65535, "port {} is outside 1..65535", "no motor"),
     (["console"], {"CONSOLE": "tcp:{}", "MOTOR": "none"}, 1, 65535, "CONSOLE 'tcp:{}' is neither pty nor tcp:PORT", "no motor"),
     (["console"], {"CAN": "tcp:{}"}, 1, 65535, "CAN 'tcp:{}' is neither pty nor tcp:PORT, nor join:PORT", "canbus is missing"),

@@ -72,10 +72,11 @@ def test_what_a_line_sets(tmp_path, lines, expected):
 def said(path, motor_only=False):
     """(status, its lines on stderr) of a process that loads it."""
     there, here = os.pipe()
+    config, load = c.config(), c.config_load  # found before the fork: an error in the child would go on with the tests
     child = os.fork()
     if child == 0:
         os.dup2(here, 2)
-        c.config_load(c.config(), path, motor_only)
+        load(config, path, motor_only)
         os._exit(0)
     os.close(here)
     with os.fdopen(there) as stream:

@@ -107,9 +107,11 @@ class Library:
         self._made[die.number] = INTEGERS[(min(self._members(die).values(), default=0) < 0, die.attributes["DW_AT_byte_size"])]
 
     def _pointer_type(self, die):
-        self._made[die.number] = ctypes.c_void_p  # for a structure that points to itself
+        self._made[die.number] = ctypes.c_void_p  # for a structure that points to itself; of a function, whatever it takes
+        if "DW_AT_type" in die.refers and self._entries[die.refers["DW_AT_type"]].tag == "DW_TAG_subroutine_type":
+            return
         target = self._of(die)
-        if target is not None and not (isinstance(target, type) and issubclass(target, ctypes._CFuncPtr)):
+        if target is not None:
             self._made[die.number] = ctypes.c_char_p if target is ctypes.c_int8 else ctypes.POINTER(target)
 
     def _subroutine_type(self, die):
