@@ -8,7 +8,10 @@ import pytest
 from launcher.paths import REPO
 
 
-@pytest.mark.parametrize("file", [f"page_{name}run.py" for name in ("axes_", "keys_", "load_", "look_", "", "silent_", "tool_")])
+FILES = [f"page_{name}run.py" for name in ("axes_", "keys_", "load_", "look_", "", "silent_", "tool_")]
+
+
+@pytest.mark.parametrize("file", FILES)
 def test_the_page(file):
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-p", "no:xdist",
                            f"tests/launcher/{file}"], cwd=REPO, capture_output=True, text=True, check=False)
